@@ -1,0 +1,1 @@
+//! Clouds that the benches share.

@@ -1,0 +1,112 @@
+//! A point cloud near a local origin.
+
+use crate::Point;
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Smallest coordinates.
+    pub min: Point,
+    /// Largest coordinates.
+    pub max: Point,
+}
+
+impl Bounds {
+    /// The box around `points`; `None` where there are none.
+    #[must_use]
+    pub fn of(points: impl IntoIterator<Item = Point>) -> Option<Self> {
+        let mut points = points.into_iter();
+        let first = points.next()?;
+        Some(points.fold(Self { min: first, max: first }, |bounds, p| Self {
+            min: std::array::from_fn(|k| bounds.min[k].min(p[k])),
+            max: std::array::from_fn(|k| bounds.max[k].max(p[k])),
+        }))
+    }
+
+    /// The box's edges.
+    #[must_use]
+    pub fn extent(&self) -> Point {
+        std::array::from_fn(|k| self.max[k] - self.min[k])
+    }
+
+    /// The largest absolute coordinate.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.min.iter().chain(&self.max).fold(0.0, |most, v| v.abs().max(most))
+    }
+}
+
+/// Finite points, relative to the lowest corner of their bounding box.
+///
+/// Coordinates of 5,000,000 m leave half a micrometre to an `f32` and squares nothing to an
+/// `f64`; relative to a corner of the cloud both are harmless.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cloud {
+    /// What was subtracted from every point.
+    pub origin: Point,
+    /// The finite points, in the order given.
+    pub points: Vec<Point>,
+    /// For each of `points` its row in the input; `None` where every row was finite.
+    pub rows: Option<Vec<u32>>,
+}
+
+impl Cloud {
+    /// Takes the finite ones of `count` rows and moves them near the origin.
+    ///
+    /// The origin is the lowest corner of the bounding box: it does not depend on the order of
+    /// the points, moves with them, and leaves coordinates exact that are exact in binary.
+    #[must_use]
+    pub fn new(count: usize, row: impl Fn(usize) -> Point) -> Self {
+        let finite = |p: &Point| p.iter().all(|v| v.is_finite());
+        let all = || (0..count).map(&row);
+        let origin = Bounds::of(all().filter(finite)).map_or([0.0; 3], |b| b.min);
+        let centred = |p: Point| std::array::from_fn(|k| p[k] - origin[k]);
+        let mut cloud = Self { origin, points: Vec::with_capacity(count), rows: None };
+        cloud.points.extend(all().filter(finite).map(centred));
+        if cloud.points.len() < count {
+            let row_ids = (0u32..).zip(all()).filter(|(_, p)| finite(p));
+            cloud.rows = Some(row_ids.map(|(i, _)| i).collect());
+        }
+        cloud
+    }
+
+    /// Spreads one value a point over the rows of the input; rows left out get `missing`.
+    #[must_use]
+    pub fn spread<T: Copy>(&self, values: Vec<T>, missing: T, count: usize) -> Vec<T> {
+        let Some(rows) = &self.rows else { return values };
+        let mut out = vec![missing; count];
+        rows.iter().zip(values).for_each(|(&row, value)| out[row as usize] = value);
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn non_finite_rows_are_left_out_and_found_again() {
+        let rows = [[1.0, 2.0, 3.0], [f64::NAN, 0.0, 0.0], [5.0, 2.0, 3.0], [f64::INFINITY; 3]];
+        let cloud = Cloud::new(4, |i| rows[i]);
+        assert_eq!(cloud.origin, [1.0, 2.0, 3.0]);
+        assert_eq!(cloud.points, [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
+        assert_eq!(cloud.spread(vec![7, 8], -1, 4), [7, -1, 8, -1]);
+    }
+
+    #[test]
+    fn an_offset_of_five_million_metres_changes_nothing() {
+        let rows: Vec<Point> =
+            (0..99).map(|i| [f64::from(i) / 64.0, 0.25, f64::from(i * i)]).collect();
+        let shift = [482_310.0, 5_456_790.0, 312.0];
+        let near = Cloud::new(99, |i| rows[i]);
+        let far = Cloud::new(99, |i| std::array::from_fn(|k| rows[i][k] + shift[k]));
+        assert_eq!(near.points, far.points);
+    }
+
+    #[test]
+    fn empty_and_single_clouds_are_no_trap() {
+        assert!(Cloud::new(0, |_| [0.0; 3]).points.is_empty());
+        let one = Cloud::new(1, |_| [1e300, -4.0, 0.1]);
+        assert_eq!(one.points, [[0.0; 3]]);
+    }
+}

@@ -1,0 +1,52 @@
+//! What can be wrong with an input, each in one sentence: what was given, what is needed.
+
+/// The result of a kernel.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Why a kernel could not work.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A setting outside its range.
+    #[error("{name} is {given}: {needed} is needed")]
+    Setting {
+        /// The setting's name as the caller knows it.
+        name: &'static str,
+        /// The value that was given.
+        given: f64,
+        /// The values that are accepted.
+        needed: &'static str,
+    },
+    /// Fewer usable points than the kernel needs.
+    #[error("{given} usable points were given: {what} needs at least {needed}")]
+    TooFewPoints {
+        /// The task.
+        what: &'static str,
+        /// Usable points given.
+        given: usize,
+        /// Points needed.
+        needed: usize,
+    },
+    /// Points from which the wanted shape does not follow.
+    #[error("{0}")]
+    Degenerate(&'static str),
+    /// A grid with more cells than fit.
+    #[error("a grid of {cells:.3e} cells was asked for: {name} must be larger")]
+    GridTooLarge {
+        /// The setting that decides the number of cells.
+        name: &'static str,
+        /// The number of cells that the setting leads to.
+        cells: f64,
+    },
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Passes a finite value above zero; names the setting otherwise.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(value);
+    }
+    Err(Error::Setting { name, given: value, needed: "a finite number above 0" })
+}

@@ -1,0 +1,93 @@
+//! Work shared by scoped threads, with results that do not depend on how many there are.
+//!
+//! No global pool: one would deadlock in a process that forks.
+
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The number of threads to run: `asked`, or all that this process may use where 0 is asked.
+#[must_use]
+pub fn thread_count(asked: usize) -> usize {
+    if asked > 0 {
+        return asked;
+    }
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Applies `job` to the consecutive ranges of length `chunk` that make up `0..len`.
+///
+/// The results come in the order of the ranges, whichever thread made them.
+pub(crate) fn map_chunks<T: Send>(
+    len: usize,
+    chunk: usize,
+    threads: usize,
+    job: impl Fn(Range<usize>) -> T + Sync,
+) -> Vec<T> {
+    let count = len.div_ceil(chunk);
+    let range = |i: usize| i * chunk..len.min((i + 1) * chunk);
+    if threads < 2 || count < 2 {
+        return (0..count).map(|i| job(range(i))).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::with_capacity(count));
+    run(threads.min(count), || {
+        let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&i| i < count);
+        let mine: Vec<_> = std::iter::from_fn(take).map(|i| (i, job(range(i)))).collect();
+        lock(&done).extend(mine);
+    });
+    let mut done = done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    done.sort_unstable_by_key(|&(i, _)| i);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Hands `out` to `job` in pieces of length `chunk`, each with the index of its first element.
+pub(crate) fn fill_chunks<T: Send>(
+    out: &mut [T],
+    chunk: usize,
+    threads: usize,
+    job: impl Fn(usize, &mut [T]) + Sync,
+) {
+    let count = out.len().div_ceil(chunk);
+    let pieces = Mutex::new(out.chunks_mut(chunk).enumerate());
+    run(threads.min(count), || {
+        let take = || lock(&pieces).next();
+        std::iter::from_fn(take).for_each(|(i, piece)| job(i * chunk, piece));
+    });
+}
+
+fn run(threads: usize, worker: impl Fn() + Sync) {
+    std::thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(&worker);
+        }
+        worker();
+    });
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chunks_come_in_order_at_any_thread_count() {
+        for threads in [1, 2, 7] {
+            let ranges = map_chunks(10, 3, threads, |r| r);
+            assert_eq!(ranges, [0..3, 3..6, 6..9, 9..10]);
+        }
+        assert!(map_chunks(0, 3, 2, |r| r).is_empty());
+    }
+
+    #[test]
+    fn every_element_is_filled_once() {
+        let mut out = vec![0; 1001];
+        fill_chunks(&mut out, 10, 3, |first, piece| {
+            piece.iter_mut().enumerate().for_each(|(k, v)| *v += first + k);
+        });
+        assert!(out.iter().enumerate().all(|(i, &v)| i == v));
+    }
+}
