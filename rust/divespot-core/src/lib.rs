@@ -5,9 +5,13 @@
 
 mod error;
 mod fixed;
+mod moments;
 mod parallel;
 
 pub mod cloud;
+pub mod heightmap;
+pub mod plane;
+pub mod pose;
 pub mod sample;
 
 pub use cloud::{Bounds, Cloud};
