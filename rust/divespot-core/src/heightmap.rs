@@ -75,6 +75,13 @@ impl Grid {
         along(1, self.rows) * self.columns + along(0, self.columns)
     }
 
+    /// Whether a cell lies in the first or last row or column.
+    #[must_use]
+    pub fn is_border(&self, cell: usize) -> bool {
+        let (column, row) = (cell % self.columns, cell / self.columns);
+        column == 0 || row == 0 || column + 1 == self.columns || row + 1 == self.rows
+    }
+
     /// The neighbour `dx` columns and `dy` rows away, if there is one.
     #[must_use]
     pub fn neighbor(&self, cell: usize, dx: isize, dy: isize) -> Option<usize> {

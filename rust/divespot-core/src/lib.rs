@@ -10,6 +10,7 @@ mod parallel;
 
 pub mod cloud;
 pub mod heightmap;
+pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
