@@ -5,13 +5,16 @@
 
 mod error;
 mod fixed;
+mod order;
 mod parallel;
 
 pub mod cloud;
+pub mod neighbors;
 pub mod sample;
 
 pub use cloud::{Bounds, Cloud};
 pub use error::{Error, Result};
+pub use neighbors::radius_outlier_mask;
 pub use parallel::thread_count;
 
 /// One point, `[x, y, z]` in metres, relative to the cloud's origin.
