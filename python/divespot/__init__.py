@@ -2,6 +2,6 @@
 
 from divespot._native import __version__
 from divespot.errors import DivespotError
-from divespot.kernels import radius_outlier_mask
+from divespot.kernels import radius_outlier_mask, voxel_downsample
 
-__all__ = ["DivespotError", "__version__", "radius_outlier_mask"]
+__all__ = ["DivespotError", "__version__", "radius_outlier_mask", "voxel_downsample"]

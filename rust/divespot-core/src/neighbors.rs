@@ -170,7 +170,6 @@ impl<'a> Windows<'a> {
 /// Each row's column, and the step between the keys of one column and the next in y.
 ///
 /// An empty column stands at both ends of a row, so that rows do not touch.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // cells: 1..=MOST_COLUMNS + 1
 fn column_keys(points: &[Point], reach: f64, threads: usize) -> (Vec<Keyed>, u64) {
     let zero = Bounds { min: [0.0; 3], max: [0.0; 3] };
     let bounds = Bounds::of(points.iter().copied()).unwrap_or(zero);

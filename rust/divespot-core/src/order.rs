@@ -25,7 +25,6 @@ pub(crate) fn sort_by_key(mut rows: Vec<Keyed>) -> Vec<Keyed> {
     rows
 }
 
-#[allow(clippy::cast_possible_truncation)] // masked to eleven bits
 fn digit(key: u64, shift: u32) -> usize {
     (key >> shift) as usize & (BUCKETS - 1)
 }

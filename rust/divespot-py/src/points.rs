@@ -60,6 +60,12 @@ fn check_extent(cloud: &Cloud) -> PyResult<()> {
     )))
 }
 
+/// Points near `origin` at their own place again.
+pub(crate) fn restored(origin: Point, mut points: Vec<Point>) -> Vec<Point> {
+    points.iter_mut().for_each(|p| *p = std::array::from_fn(|k| p[k] + origin[k]));
+    points
+}
+
 /// Points as an `(n, 3)` array, without a copy.
 pub(crate) fn rows(py: Python<'_>, points: Vec<Point>) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let count = points.len();
