@@ -6,18 +6,23 @@
 mod error;
 mod fixed;
 mod moments;
+mod order;
 mod parallel;
 
 pub mod cloud;
 pub mod heightmap;
+pub mod neighbors;
 pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
+pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
 pub use error::{Error, Result};
+pub use neighbors::radius_outlier_mask;
 pub use parallel::thread_count;
+pub use voxel::{Voxels, voxel_downsample};
 
 /// One point, `[x, y, z]` in metres, relative to the cloud's origin.
 pub type Point = [f64; 3];

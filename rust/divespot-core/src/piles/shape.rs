@@ -7,15 +7,12 @@ use super::patch::{Patch, Zone};
 const STEEP: f64 = 1.732;
 /// An object with this share of its rim steep does not lie as poured.
 const STEEP_SHARE: f64 = 0.5;
-/// A heap is at least this many cells wide everywhere that matters: less is a rod or a wall.
-const THIN_CELLS: u32 = 3;
-
 /// Why an object is no pile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
     /// Most of its rim drops steeper than any bulk material can lie.
     SteepSides,
-    /// It is only a few cells wide.
+    /// It is nowhere three cells wide.
     Thin,
 }
 
@@ -46,21 +43,16 @@ fn steep_share(patch: &Patch, above: &[f64], noise_m: f64) -> f64 {
     to_f64(rim.iter().filter(|cell| steep(cell)).count()) / to_f64(rim.len())
 }
 
-/// Core cells with a neighbour outside the core.
+/// Core cells with a neighbour outside the core, or on the map's edge.
 fn rim(patch: &Patch) -> impl Iterator<Item = usize> + '_ {
     patch
         .cells(Zone::Core)
         .filter(|&cell| patch.around(cell, 1).any(|n| patch.zones[n] != Zone::Core))
 }
 
-/// Whether peeling the rim off a few times leaves nothing.
+/// Whether every core cell has a neighbour outside the core: less than three cells wide.
 fn is_thin(patch: &Patch) -> bool {
-    let mut core: Vec<bool> = patch.zones.iter().map(|&zone| zone == Zone::Core).collect();
-    for _ in 0..THIN_CELLS / 2 {
-        let whole = |cell: usize| patch.around(cell, 1).filter(|&n| core[n]).count() == 9;
-        core = (0..core.len()).map(whole).collect();
-    }
-    !core.contains(&true)
+    rim(patch).count() == patch.cells(Zone::Core).count()
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

@@ -50,7 +50,7 @@ fn a_cone_on_a_sloping_floor_keeps_its_toe() {
 #[test]
 fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
     let inside = |x: f64, y: f64| (1.0..2.0).contains(&x) && (1.0..2.0).contains(&y);
-    let wall = |x: f64| x > 7.8;
+    let wall = |x: f64| x > 7.9;
     let map = map(|x, y| {
         if inside(x, y) {
             0.8
