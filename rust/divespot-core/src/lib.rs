@@ -10,12 +10,14 @@ mod order;
 mod parallel;
 
 pub mod cloud;
+pub mod ground;
 pub mod heightmap;
 pub mod neighbors;
 pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
+pub mod survey;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};

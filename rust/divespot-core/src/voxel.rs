@@ -119,6 +119,8 @@ impl Grid {
                 sums[k] += fixed.encode(p[k] - self.origin[k] - corner[k]);
             }
         }
-        std::array::from_fn(|k| self.origin[k] + corner[k] + fixed.mean(sums[k], count(rows)))
+        std::array::from_fn(|k| {
+            self.origin[k] + corner[k] + fixed.mean(sums[k].into(), count(rows))
+        })
     }
 }

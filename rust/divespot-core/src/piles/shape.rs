@@ -7,6 +7,7 @@ use super::patch::{Patch, Zone};
 const STEEP: f64 = 1.732;
 /// An object with this share of its rim steep does not lie as poured.
 const STEEP_SHARE: f64 = 0.5;
+
 /// Why an object is no pile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
@@ -45,9 +46,8 @@ fn steep_share(patch: &Patch, above: &[f64], noise_m: f64) -> f64 {
 
 /// Core cells with a neighbour outside the core, or on the map's edge.
 fn rim(patch: &Patch) -> impl Iterator<Item = usize> + '_ {
-    patch
-        .cells(Zone::Core)
-        .filter(|&cell| patch.around(cell, 1).any(|n| patch.zones[n] != Zone::Core))
+    let is_core = |&n: &usize| patch.zones[n] == Zone::Core;
+    patch.cells(Zone::Core).filter(move |&cell| patch.around(cell, 1).filter(is_core).count() < 9)
 }
 
 /// Whether every core cell has a neighbour outside the core: less than three cells wide.
