@@ -11,12 +11,14 @@ mod parallel;
 pub mod cloud;
 pub mod neighbors;
 pub mod sample;
+pub mod spacing;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
 pub use error::{Error, Result};
 pub use neighbors::radius_outlier_mask;
 pub use parallel::thread_count;
+pub use spacing::point_spacing;
 pub use voxel::{Voxels, voxel_downsample};
 
 /// One point, `[x, y, z]` in metres, relative to the cloud's origin.
