@@ -9,6 +9,8 @@ mod order;
 mod parallel;
 
 pub mod cloud;
+pub mod ground_peak;
+pub mod histogram;
 pub mod neighbors;
 pub mod sample;
 pub mod spacing;
@@ -16,6 +18,8 @@ pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
 pub use error::{Error, Result};
+pub use ground_peak::{GroundRule, ground_height};
+pub use histogram::{HeightHistogram, height_histogram};
 pub use neighbors::radius_outlier_mask;
 pub use parallel::thread_count;
 pub use spacing::point_spacing;
