@@ -69,7 +69,7 @@ def voxel_downsample(
     points
         Shape ``(n, 3)``, in metres.
     voxel_m
-        Edge of a cube. The first one starts a quarter of an edge below the lowest corner of the
+        Edge of a cube. The first one starts 0.38 of an edge below the lowest corner of the
         points, so that a regular grid of points does not lie on the faces of the cubes.
     return_counts
         Return the number of points in each cube as well.

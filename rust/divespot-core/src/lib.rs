@@ -11,7 +11,9 @@ mod parallel;
 
 pub mod cloud;
 pub mod ground;
+pub mod ground_peak;
 pub mod heightmap;
+pub mod histogram;
 pub mod neighbors;
 pub mod piles;
 pub mod plane;
@@ -22,8 +24,11 @@ pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
 pub use error::{Error, Result};
+pub use ground_peak::{GroundRule, ground_height};
+pub use histogram::{HeightHistogram, height_histogram};
 pub use neighbors::radius_outlier_mask;
 pub use parallel::thread_count;
+pub use survey::point_spacing;
 pub use voxel::{Voxels, voxel_downsample};
 
 /// One point, `[x, y, z]` in metres, relative to the cloud's origin.

@@ -9,11 +9,12 @@ use crate::{Bounds, Error, Point, Result, thread_count};
 /// Points that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// The grid begins this share of a voxel below the lowest corner.
+/// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
 ///
-/// Points on a grid of their own, whose spacing divides the voxel's edge, then lie well inside
-/// the voxels instead of on their faces, where rounding would deal them out.
-const ANCHOR: f64 = 0.25;
+/// Measured values often come on a grid of their own whose step divides the cell. Beginning at
+/// the lowest one, all of them would lie on faces of cells, and rounding would deal them out.
+/// No number stays as far from all fractions with small denominators as this one.
+pub(crate) const ANCHOR: f64 = 0.381_966_011_250_105_1;
 
 /// More cells along an axis than these are not told apart by an `f64`.
 const MOST_CELLS: f64 = 4_503_599_627_370_496.0;
@@ -29,7 +30,8 @@ pub struct Voxels {
 
 /// The mean of the points in each occupied cube of edge `voxel_m` (paper, Pre-process 3).
 ///
-/// The cubes start a quarter of an edge below the points' lowest corner. Coordinates are added
+/// The cubes start 0.38 of an edge below the points' lowest corner, so that the points of a
+/// regular grid whose step divides the edge do not lie on faces of cubes. Coordinates are added
 /// as integers, so the means do not depend on the order of the points; they are exact to
 /// `voxel_m` / 10⁹. `threads` = 0 takes every core that the process may use.
 ///
@@ -119,8 +121,6 @@ impl Grid {
                 sums[k] += fixed.encode(p[k] - self.origin[k] - corner[k]);
             }
         }
-        std::array::from_fn(|k| {
-            self.origin[k] + corner[k] + fixed.mean(sums[k].into(), count(rows))
-        })
+        std::array::from_fn(|k| self.origin[k] + corner[k] + fixed.mean(sums[k], count(rows)))
     }
 }

@@ -1,7 +1,11 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
 mod errors;
+mod ground;
+mod heightmap;
 mod neighbors;
+mod piles;
+mod plane;
 mod points;
 mod voxel;
 
@@ -9,7 +13,15 @@ mod voxel;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::ground::{find_ground, survey};
+    #[pymodule_export]
+    use crate::heightmap::{RawHeightMap, height_map, integrate};
+    #[pymodule_export]
     use crate::neighbors::radius_outlier_mask;
+    #[pymodule_export]
+    use crate::piles::{RawObject, measure_objects};
+    #[pymodule_export]
+    use crate::plane::{align_to_rectangle, fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
     use crate::voxel::voxel_downsample;
 
