@@ -5,15 +5,22 @@
 
 mod error;
 mod fixed;
+mod moments;
 mod order;
 mod parallel;
 
 pub mod cloud;
+pub mod ground;
 pub mod ground_peak;
+pub mod heightmap;
 pub mod histogram;
 pub mod neighbors;
+pub mod piles;
+pub mod plane;
+pub mod pose;
 pub mod sample;
 pub mod spacing;
+pub mod survey;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
