@@ -28,6 +28,11 @@ impl HeightHistogram {
     pub fn center_m(&self, index: usize) -> f64 {
         self.lowest_m + (index as f64 + 0.5 - ANCHOR) * self.bin_m
     }
+
+    /// The bin of a height that the histogram counts.
+    pub(crate) fn bin_of(&self, height: f64) -> usize {
+        steps(height - self.lowest_m, self.bin_m) as usize
+    }
 }
 
 /// Counts `heights` in bins of `bin_m` and smooths them over `window` bins.
@@ -49,19 +54,19 @@ pub fn height_histogram(heights: &[f64], bin_m: f64, window: usize) -> Result<He
     let none = Error::TooFewPoints { what: "a height histogram", given: 0, needed: 1 };
     let lowest_m = heights.iter().copied().reduce(f64::min).ok_or(none)?;
     let highest_m = heights.iter().copied().fold(lowest_m, f64::max);
-    let cells = bin_of(highest_m, lowest_m, bin_m) + 1.0;
+    let cells = steps(highest_m - lowest_m, bin_m) + 1.0;
     if cells > MOST_BINS {
         return Err(Error::GridTooLarge { name: "bin_m", cells });
     }
     let mut counts = vec![0; cells as usize];
-    heights.iter().for_each(|&height| counts[bin_of(height, lowest_m, bin_m) as usize] += 1);
+    heights.iter().for_each(|&height| counts[steps(height - lowest_m, bin_m) as usize] += 1);
     let smoothed = moving_average(&counts, window);
     Ok(HeightHistogram { lowest_m, bin_m, window, counts, smoothed })
 }
 
-/// The bin of `height`, as a whole number.
-pub(crate) fn bin_of(height: f64, lowest_m: f64, bin_m: f64) -> f64 {
-    ((height - lowest_m) / bin_m + ANCHOR).floor()
+/// Whole bins up to a height above the lowest.
+fn steps(above: f64, bin_m: f64) -> f64 {
+    (above / bin_m + ANCHOR).floor()
 }
 
 fn moving_average(counts: &[u32], window: usize) -> Vec<f64> {

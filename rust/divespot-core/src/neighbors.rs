@@ -209,3 +209,73 @@ fn sort_upward(mut entries: &mut [Entry], columns: &[Column], threads: usize) {
         }
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+    use crate::sample::mix;
+
+    /// The neighbours of each point, counted in all pairs.
+    fn slow(points: &[Point], radius: f64) -> Vec<usize> {
+        let near = |p: &Point, q: &Point| {
+            let [dx, dy, dz] = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
+            dx * dx + dy * dy + dz * dz <= radius * radius
+        };
+        points.iter().map(|p| points.iter().filter(|q| near(p, q)).count() - 1).collect()
+    }
+
+    /// Points on `levels` levels an axis, a thousandth apart.
+    fn cloud(count: u64, levels: [u64; 3]) -> Vec<Point> {
+        let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
+        (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()
+    }
+
+    fn assert_equal_to_slow(points: &[Point], radius: f64) {
+        let counts = slow(points, radius);
+        for min_neighbors in [0, 1, 3, 20, 5000] {
+            let expected: Vec<bool> = counts.iter().map(|&c| c >= min_neighbors).collect();
+            for threads in [1, 3] {
+                let found = radius_outlier_mask(points, radius, min_neighbors, threads);
+                assert_eq!(found.as_ref(), Ok(&expected), "{radius} {min_neighbors}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_mask_is_that_of_all_pairs() {
+        for levels in [[300, 200, 20], [1, 1, 1], [2, 1, 4000], [1, 900, 1], [900, 1, 1]] {
+            for radius in [1e-9, 0.001, 0.005, 0.0123, 0.05, 2.0] {
+                assert_equal_to_slow(&cloud(600, levels), radius);
+            }
+        }
+        // More points than a thread takes at a time, in few columns.
+        assert_equal_to_slow(&cloud(4500, [8, 8, 1 << 40]), 0.004);
+        assert_equal_to_slow(&[], 1.0);
+        assert_equal_to_slow(&[[1.0; 3]], 1.0);
+    }
+
+    #[test]
+    fn a_point_exactly_on_the_radius_is_a_neighbor() {
+        let points = [[0.0; 3], [0.375, 0.5, 0.0], [-0.625, 0.0, 0.0], [0.0, 0.0, 0.625 + 1e-12]];
+        let found = radius_outlier_mask(&points, 0.625, 1, 1);
+        assert_eq!(found, Ok(vec![true, true, true, false]));
+    }
+
+    #[test]
+    fn a_far_stray_point_changes_nothing() {
+        let mut points = cloud(2000, [200, 200, 10]);
+        let mut expected: Vec<bool> = slow(&points, 0.004).into_iter().map(|c| c >= 2).collect();
+        points.push([1e9, 1e9, 1e9]);
+        expected.push(false);
+        assert_eq!(radius_outlier_mask(&points, 0.004, 2, 2), Ok(expected));
+    }
+
+    #[test]
+    fn a_radius_that_is_none_is_refused() {
+        for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let result = radius_outlier_mask(&[], radius, 1, 1);
+            assert!(matches!(result, Err(Error::Setting { name: "radius_m", .. })));
+        }
+    }
+}
