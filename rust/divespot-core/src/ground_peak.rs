@@ -155,7 +155,7 @@ fn mean_around(histogram: &HeightHistogram, heights: &[f64], peak: usize) -> f64
             count += 1;
         }
     }
-    histogram.lowest_m + (middle + fixed.mean(sum.into(), count))
+    histogram.lowest_m + (middle + fixed.mean(sum, count))
 }
 
 #[cfg(test)]
