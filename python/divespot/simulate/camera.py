@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,10 @@ from divespot.simulate.draw import stream
 from divespot.simulate.pose import rotation
 from divespot.simulate.scene import Camera, Person, Scene, Thing, Wall
 from divespot.simulate.solids import Solid, place_of, solids_of
-from divespot.simulate.surface import Surface
 from divespot.simulate.trace import meet_surface
+
+if TYPE_CHECKING:
+    from divespot.simulate.surface import Surface
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int16]
@@ -47,7 +50,7 @@ def rays(camera: Camera) -> Array:
 
 
 def sigma_m(camera: Camera, distance_m: Array) -> Array:
-    """Standard deviation of the noise along the ray."""
+    """Return the standard deviation of the noise along the ray."""
     return np.minimum(camera.noise_m * distance_m**camera.noise_power, camera.noise_max_m)
 
 

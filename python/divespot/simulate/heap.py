@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from divespot.errors import DivespotError
-from divespot.simulate.scene import Pile, Wall
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from divespot.simulate.scene import Pile, Wall
 
 Array = NDArray[np.float64]
 
@@ -83,16 +87,10 @@ class Shape:
     def rise(self, x: Array, y: Array) -> Array:
         """Height over slope: 1 at the highest tip, 0 at the toe, below 0 outside."""
         peaks = zip(
-            self.middle, self.along, self.height, self.lobe_size, self.lobe_phase, strict=True
+            self.height, self.middle, self.along, self.lobe_size, self.lobe_phase, strict=True
         )
-        return np.maximum.reduce(
-            [
-                height - self._distance(x - middle[0], y - middle[1], *lobes)
-                for middle, *lobes, height in (
-                    (m, along, size, phase, h) for m, along, h, size, phase in peaks
-                )
-            ]
-        )
+        cones = [h - self._distance(x - m[0], y - m[1], *flank) for h, m, *flank in peaks]
+        return np.asarray(np.maximum.reduce(cones), dtype=np.float64)
 
     def _distance(self, dx: Array, dy: Array, along: Array, size: Array, phase: Array) -> Array:
         """Distance to one ridge; stretched flanks are only ever gentler, never steeper."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +11,12 @@ from numpy.typing import NDArray
 from divespot.errors import DivespotError
 from divespot.simulate.camera import INVALID, STRAY, Labels, frame_points, rays
 from divespot.simulate.draw import stream
-from divespot.simulate.scene import Scene
 from divespot.simulate.scenes import scene_named
-from divespot.simulate.surface import Surface
 from divespot.simulate.terrain import terrain
+
+if TYPE_CHECKING:
+    from divespot.simulate.scene import Scene
+    from divespot.simulate.surface import Surface
 
 Array = NDArray[np.float64]
 
@@ -96,12 +99,13 @@ def scan(
     points = np.concatenate([points for points, _ in frames])
     labels = np.concatenate([labels for _, labels in frames])
     del frames
-    points, labels = fuse(points, labels, scene.fuse_voxel_m)
+    pose = scene.pose.matrix()
+    # Frames are fused in the scan's axes, to which the floor lies askew, but near the origin.
+    points, labels = fuse(points @ pose[:3, :3].T, labels, scene.fuse_voxel_m)
     points, labels = _with_strays(
         points, labels, scene.camera.stray_share, stream(seed, f"{scene.name} strays", repeat)
     )
-    pose = scene.pose.matrix()
-    points = (points @ pose[:3, :3].T + pose[:3, 3]) / scene.unit_m
+    points = (points + pose[:3, 3]) / scene.unit_m
     points, labels = _with_invalid(
         points, labels, scene, stream(seed, f"{scene.name} invalid", repeat)
     )
@@ -135,13 +139,13 @@ def fuse(points: Array, labels: Labels, voxel_m: float) -> tuple[Array, Labels]:
 def _with_strays(
     points: Array, labels: Labels, share: float, rng: np.random.Generator
 ) -> tuple[Array, Labels]:
-    """Add points anywhere in the box around the others, which reaches a little below the floor."""
+    """Add points anywhere in the box around the others, widened a little."""
     count = round(len(points) * share / (1 - share))
     if not len(points):
         return points, labels
     low, high = points.min(axis=0), points.max(axis=0)
-    low[2] -= 0.03 * (high - low).max()
-    strays = rng.uniform(low, high, (count, 3))
+    spare = 0.03 * (high - low).max()
+    strays = rng.uniform(low - spare, high + spare, (count, 3))
     return _append(points, strays, labels, STRAY)
 
 

@@ -9,43 +9,16 @@ import math
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from divespot.errors import DivespotError
+from divespot.simulate.checks import (
+    require,
+    require_not_negative,
+    require_positive,
+    require_share,
+)
 from divespot.simulate.pose import Pose
 
 XY: TypeAlias = tuple[float, float]
 XYZ: TypeAlias = tuple[float, float, float]
-
-
-def _require(holds: bool, sentence: str) -> None:  # noqa: FBT001 (a condition, not an option)
-    if not holds:
-        raise DivespotError(sentence)
-
-
-def _require_positive(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        _require(
-            math.isfinite(value) and value > 0,
-            f"{type(owner).__name__}.{name} is {value}; a number above 0 is needed",
-        )
-
-
-def _require_not_negative(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        _require(
-            math.isfinite(value) and value >= 0,
-            f"{type(owner).__name__}.{name} is {value}; a number of 0 or more is needed",
-        )
-
-
-def _require_share(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        _require(
-            0 <= value < 1,
-            f"{type(owner).__name__}.{name} is {value}; a share from 0 to below 1 is needed",
-        )
 
 
 @dataclass(frozen=True)
@@ -81,13 +54,13 @@ class Floor:
     edge_m: float = 0.0
 
     def __post_init__(self) -> None:
-        _require_positive(self, "length_m", "width_m", "node_m", "wave_length_m")
-        _require_not_negative(self, "wave_m")
+        require_positive(self, "length_m", "width_m", "node_m", "wave_length_m")
+        require_not_negative(self, "wave_m")
         for name in ("slope_deg", "fold_deg"):
             angle = getattr(self, name)
-            _require(abs(angle) < 45, f"Floor.{name} is {angle}; an angle below 45 is needed")
+            require(abs(angle) < 45, f"Floor.{name} is {angle}; an angle below 45 is needed")
         nodes = self.length_m * self.width_m / self.node_m**2
-        _require(
+        require(
             nodes <= 2e7,
             f"a floor of {nodes:.0f} nodes was asked for; up to 20 million fit, raise Floor.node_m",
         )
@@ -132,13 +105,13 @@ class Pile:
     grain_m: float = 0.008
 
     def __post_init__(self) -> None:
-        _require_positive(self, "volume_m3", "grain_m")
-        _require_not_negative(self, "roughness_m", "spread", "ridge")
-        _require(
+        require_positive(self, "volume_m3", "grain_m")
+        require_not_negative(self, "roughness_m", "spread", "ridge")
+        require(
             1 <= self.repose_deg <= 60,
             f"Pile.repose_deg is {self.repose_deg}; an angle from 1 to 60 is needed",
         )
-        _require(self.peaks >= 1, f"Pile.peaks is {self.peaks}; at least 1 is needed")
+        require(self.peaks >= 1, f"Pile.peaks is {self.peaks}; at least 1 is needed")
 
 
 @dataclass(frozen=True)
@@ -155,10 +128,10 @@ class Wall:
     leaned_on: bool = False
 
     def __post_init__(self) -> None:
-        _require_positive(self, "height_m", "thickness_m")
+        require_positive(self, "height_m", "thickness_m")
         spans = [b != a for a, b in zip(self.start_m, self.end_m, strict=True)]
-        _require(any(spans), f"a wall starts and ends at {self.start_m}; two points are needed")
-        _require(
+        require(any(spans), f"a wall starts and ends at {self.start_m}; two points are needed")
+        require(
             not (self.leaned_on and all(spans)),
             "a wall that piles lean on runs askew; it must run along x or along y",
         )
@@ -173,7 +146,7 @@ class Rod:
     height_m: float = 1.45
 
     def __post_init__(self) -> None:
-        _require_positive(self, "radius_m", "height_m")
+        require_positive(self, "radius_m", "height_m")
 
 
 @dataclass(frozen=True)
@@ -185,7 +158,7 @@ class Box:
     heading_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        _require(
+        require(
             all(math.isfinite(side) and side > 0 for side in self.size_m),
             f"Box.size_m is {self.size_m}; three numbers above 0 are needed",
         )
@@ -201,7 +174,7 @@ class Person:
     height_m: float = 1.75
 
     def __post_init__(self) -> None:
-        _require_positive(self, "height_m")
+        require_positive(self, "height_m")
 
 
 Thing: TypeAlias = Wall | Rod | Box | Person
@@ -260,24 +233,29 @@ class Camera:
     nan_share: float = 0.0
 
     def __post_init__(self) -> None:
-        _require(self.frames >= 1, f"Camera.frames is {self.frames}; at least 1 is needed")
-        _require(min(self.pixels) >= 2, f"Camera.pixels is {self.pixels}; 2 x 2 or more are needed")
-        _require(
-            0 < min(self.fov_deg) and max(self.fov_deg) < 170,
+        require(self.frames >= 1, f"Camera.frames is {self.frames}; at least 1 is needed")
+        require(min(self.pixels) >= 2, f"Camera.pixels is {self.pixels}; 2 x 2 or more are needed")
+        require(
+            all(0 < fov < 170 for fov in self.fov_deg),
             f"Camera.fov_deg is {self.fov_deg}; angles above 0 and below 170 are needed",
         )
-        _require(
+        require(
             0 <= self.range_m[0] < self.range_m[1],
             f"Camera.range_m is {self.range_m}; nearest before farthest is needed",
         )
-        _require_positive(self, "height_m")
-        _require_not_negative(self, "rail_m", "noise_m", "noise_max_m", "frame_bias_m")
-        _require_not_negative(self, "shift_m", "turn_deg")
-        _require(
+        require_positive(self, "height_m")
+        require_not_negative(self, "rail_m", "noise_m", "noise_max_m", "frame_bias_m")
+        require_not_negative(self, "shift_m", "turn_deg")
+        require(
             0 <= self.flying_share <= 1,
             f"Camera.flying_share is {self.flying_share}; a share from 0 to 1 is needed",
         )
-        _require_share(self, "stray_share", "zero_share", "nan_share")
+        require_share(self, "stray_share", "zero_share", "nan_share")
+        require(
+            self.zero_share + self.nan_share < 1,
+            f"Camera.zero_share and nan_share are {self.zero_share} and {self.nan_share}; "
+            "their sum must stay below 1",
+        )
 
 
 @dataclass(frozen=True)
@@ -311,5 +289,5 @@ class Scene:
     name: str = ""
 
     def __post_init__(self) -> None:
-        _require_positive(self, "unit_m")
-        _require_not_negative(self, "fuse_voxel_m")
+        require_positive(self, "unit_m")
+        require_not_negative(self, "fuse_voxel_m")

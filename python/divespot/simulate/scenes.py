@@ -1,42 +1,35 @@
 """Scenes by name.
 
 A name fixes the kind and volume of the piles and how they are looked at; the seed draws the
-rest. The shapes follow the table of the paper's evaluation section.
+rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import XY, Box, Camera, Floor, Pile, Rod, Scene, Wall
+from divespot.simulate.scene import Box, Camera, Floor, Pile, Rod, Scene, Wall
+from divespot.simulate.shapes import (
+    RAIL_CAMERAS,
+    STRIPS_M,
+    Maker,
+    corn,
+    paper_shapes,
+    shape,
+    small_floor,
+    unlevelled,
+)
 from divespot.simulate.surroundings import around
 
-Maker: TypeAlias = Callable[[np.random.Generator], Scene]
-
-STRIPS_M: Mapping[float, XY] = MappingProxyType(
-    {1.3: (1.3, 1.0), 2.6: (2.6, 1.0), 5.2: (2.48, 2.1)}
-)
-"""Length and width of the strip of each of the paper's areas in m2."""
-RAIL_CAMERAS: Mapping[float, Camera] = MappingProxyType(
-    {
-        1.3: Camera(frames=4, rail_m=0.6),
-        2.6: Camera(frames=6, rail_m=1.9),
-        5.2: Camera(frames=6, rail_m=1.9),
-    }
-)
-"""Camera of each area: more rail and frames for a longer strip."""
-VOXELS_M: Mapping[float, float] = MappingProxyType({1.3: 0.0055, 2.6: 0.0068, 5.2: 0.0066})
-"""Fusing voxel of each area, for 300,000 to 450,000 points in view."""
-TABLE = ((1.3, (0.014, 0.028, 0.035)), (2.6, (0.028, 0.035)), (5.2, (0.335,)))
-"""Areas in m2 and volumes in m3 of the paper; three shapes each."""
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 def scene_named(name: str, seed: int = 0) -> Scene:
@@ -52,49 +45,13 @@ def scene_named(name: str, seed: int = 0) -> Scene:
     return replace(NAMES[name](stream(seed, f"{name} scene")), name=name)
 
 
-def corn(volume_m3: float, kind: int, rng: np.random.Generator, center_m: XY = (0, 0)) -> Pile:
-    """Corn poured in one place (kind 0), along a line (1) or in several places (2)."""
-    heading_deg = rng.uniform(-15, 15)
-    if kind == 0:
-        return Pile(volume_m3, center_m)
-    if kind == 1:
-        return Pile(volume_m3, center_m, ridge=rng.uniform(0.4, 0.7), heading_deg=heading_deg)
-    peaks = int(rng.integers(3, 5))
-    return Pile(volume_m3, center_m, peaks=peaks, spread=0.6, heading_deg=heading_deg)
-
-
-def small_floor(strip_m: XY) -> Floor:
-    """Floor that reaches beyond what the camera sees from above a strip."""
-    return Floor(strip_m[0] + 2.4, max(3.2, strip_m[1] + 2.0))
-
-
-def shape(area_m2: float, volume_m3: float, kind: int, rng: np.random.Generator) -> Scene:
-    """One of the paper's shapes."""
-    strip_m, camera = STRIPS_M[area_m2], RAIL_CAMERAS[area_m2]
-    return Scene(
-        small_floor(strip_m),
-        (corn(volume_m3, kind, rng),),
-        around(strip_m, camera.frames, rng),
-        camera,
-        # Nobody levels a rail to better than a few degrees, or calls its origin the floor's.
-        Pose(*rng.uniform(-4, 4, 2), rng.uniform(0, 360), tuple(rng.uniform(-1, 1, 3))),
-        fuse_voxel_m=VOXELS_M[area_m2],
-        strip_m=strip_m,
-    )
-
-
-def shape_maker(area_m2: float, volume_m3: float, kind: int) -> Maker:
-    """Bind a shape to its row of the table."""
-    return lambda rng: shape(area_m2, volume_m3, kind, rng)
-
-
 def middling(rng: np.random.Generator) -> Scene:
-    """Scene that most of the harder ones vary: 0.028 m3 in several peaks on 2.6 m2."""
+    """Make the scene that harder ones vary: 0.028 m3 in several peaks on 2.6 m2."""
     return shape(2.6, 0.028, 2, rng)
 
 
 def three_piles(rng: np.random.Generator) -> Scene:
-    """Three piles apart, of different kinds and volumes."""
+    """Set three piles apart, of different kinds and volumes."""
     strip_m, camera = (3.4, 1.1), replace(RAIL_CAMERAS[2.6], frames=8, rail_m=2.7)
     piles = (
         corn(0.035, 2, rng, (-1.05, 0.0)),
@@ -102,11 +59,19 @@ def three_piles(rng: np.random.Generator) -> Scene:
         corn(0.022, 1, rng, (1.05, 0.05)),
     )
     things = around(strip_m, camera.frames, rng)
-    return Scene(small_floor(strip_m), piles, things, camera, fuse_voxel_m=0.0075, strip_m=strip_m)
+    return Scene(
+        small_floor(strip_m),
+        piles,
+        things,
+        camera,
+        unlevelled(rng),
+        fuse_voxel_m=0.0075,
+        strip_m=strip_m,
+    )
 
 
 def touching_piles(rng: np.random.Generator) -> Scene:
-    """Two cones whose feet run into each other."""
+    """Pour two cones whose feet run into each other."""
     apart_m = rng.uniform(0.56, 0.64)
     piles = (
         corn(0.03, 0, rng, (-apart_m / 2, 0.0)),
@@ -116,24 +81,30 @@ def touching_piles(rng: np.random.Generator) -> Scene:
 
 
 def big_wall(rng: np.random.Generator) -> Scene:
-    """A tall wall behind the pile, seen aslant, with more points than the floor."""
+    """Put a tall wall behind the pile, seen aslant, with more points than the floor."""
     wall = Wall((-2.4, 0.9), (2.4, 0.9), height_m=2.4)
     camera = replace(RAIL_CAMERAS[2.6], offset_m=-1.0, pitch_deg=62.0)
     pile = corn(0.035, 2, rng)
     return Scene(
-        Floor(5.0, 3.2), (pile,), (wall,), camera, fuse_voxel_m=0.008, strip_m=STRIPS_M[2.6]
+        Floor(5.0, 3.2),
+        (pile,),
+        (wall,),
+        camera,
+        unlevelled(rng),
+        fuse_voxel_m=0.008,
+        strip_m=STRIPS_M[2.6],
     )
 
 
 def strays(rng: np.random.Generator) -> Scene:
-    """8 % stray points and 2.5 times the noise."""
+    """Add 8 % stray points and 2.5 times the noise."""
     scene = middling(rng)
     camera = replace(scene.camera, noise_m=2.5 * scene.camera.noise_m, stray_share=0.08)
     return replace(scene, camera=camera)
 
 
 def optical_frame(rng: np.random.Generator) -> Scene:
-    """One frame from a tilted camera, in that camera's frame: x right, y down, z forward."""
+    """Take one tilted frame, in the camera's own frame: x right, y down, z forward."""
     camera = Camera(
         frames=1, offset_m=-0.9, pitch_deg=rng.uniform(30, 38), zero_share=0.05, stray_share=0.0005
     )
@@ -149,7 +120,7 @@ def optical_frame(rng: np.random.Generator) -> Scene:
 
 
 def optical_pose(camera: Camera) -> Pose:
-    """Pose into the optical frame of a camera in the middle of its rail."""
+    """Turn the scene into the optical frame of a camera in the middle of its rail."""
     roll_deg = -(180 + camera.pitch_deg)
     lens_m = np.array([0.0, camera.offset_m, camera.height_m])
     shift_m = -(Pose(roll_deg).matrix()[:3, :3] @ lens_m)
@@ -157,33 +128,33 @@ def optical_pose(camera: Camera) -> Pose:
 
 
 def upside_down(rng: np.random.Generator) -> Scene:
-    """The scan stands on its head: up is close to -z."""
+    """Stand the scan on its head: up is close to -z."""
     pose = Pose(180 + rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(0, 360), (0.3, -0.2, 1.4))
     return replace(middling(rng), pose=pose)
 
 
 def wavering_floor(rng: np.random.Generator) -> Scene:
-    """A floor with long waves of 6 mm."""
+    """Let the floor waver: long waves of at most 6 mm up and down."""
     scene = middling(rng)
     return replace(scene, floor=replace(scene.floor, wave_m=0.006))
 
 
 def folded_floor(rng: np.random.Generator) -> Scene:
-    """Two planes that meet at 3 degrees under the pile."""
+    """Fold the floor: two planes meet at 3 degrees under the pile."""
     scene = middling(rng)
     edge_m = rng.uniform(-0.2, 0.2)
     return replace(scene, floor=replace(scene.floor, fold_deg=3.0, edge_m=edge_m))
 
 
 def stepped_floor(rng: np.random.Generator) -> Scene:
-    """A step of 3 cm under the pile."""
+    """Step the floor by 3 cm under the pile."""
     scene = middling(rng)
     edge_m = rng.uniform(-0.2, 0.2)
     return replace(scene, floor=replace(scene.floor, step_m=0.03, edge_m=edge_m))
 
 
 def bay(rng: np.random.Generator) -> Scene:
-    """A pile in a bay of three walls, against the back wall and, often, a side wall."""
+    """Pour a pile against the back wall, often a side wall, of a bay of three walls."""
     walls = (
         Wall((-1.2, 0.8), (1.2, 0.8), 0.8, leaned_on=True),
         Wall((-1.15, -0.8), (-1.15, 0.8), 0.8, leaned_on=True),
@@ -193,45 +164,48 @@ def bay(rng: np.random.Generator) -> Scene:
         0.12, (rng.uniform(-0.7, 0.7), rng.uniform(0.35, 0.6)), peaks=2, spread=0.4, heading_deg=0.0
     )
     camera = replace(RAIL_CAMERAS[2.6], rail_m=1.2, frames=5)
-    return Scene(Floor(5.0, 4.0, node_m=0.005), (pile,), walls, camera, fuse_voxel_m=0.006)
+    return Scene(
+        Floor(5.0, 4.0, node_m=0.005), (pile,), walls, camera, unlevelled(rng), fuse_voxel_m=0.006
+    )
 
 
 def one_side(rng: np.random.Generator) -> Scene:
-    """A pile seen from low down on one side, its far flank hidden."""
+    """Look from low down on one side, the far flank hidden."""
     camera = Camera(
         frames=4, rail_m=0.5, height_m=0.75, offset_m=-1.7, pitch_deg=66.0, range_m=(0.2, 5.5)
     )
     return Scene(
-        Floor(7.0, 7.0, node_m=0.006), (corn(0.05, 0, rng),), (), camera, fuse_voxel_m=0.005
+        Floor(7.0, 7.0, node_m=0.006),
+        (corn(0.05, 0, rng),),
+        (),
+        camera,
+        unlevelled(rng),
+        fuse_voxel_m=0.005,
     )
 
 
 def bare_floor(rng: np.random.Generator) -> Scene:
-    """No pile, and nothing but the rail's supports."""
+    """Leave nothing but the rail's supports: no pile."""
     scene = middling(rng)
     rods = tuple(thing for thing in scene.things if isinstance(thing, Rod))
     return replace(scene, piles=(), things=rods)
 
 
 def sharp_box(rng: np.random.Generator) -> Scene:
-    """A box, and no pile."""
+    """Put a box on the floor, and no pile."""
     heading_deg = rng.uniform(0, 90)
     box = Box((0.1, 0.05), (0.45, 0.36, 0.19), heading_deg)
     return replace(shape(1.3, 0.014, 0, rng), piles=(), things=(box,))
 
 
 def utm_yard(rng: np.random.Generator) -> Scene:
-    """Stockpiles 30 m wide and several metres high, flown over, in UTM coordinates."""
-
-    def stock(volume_m3: float, x: float, **more: float) -> Pile:
-        center_m = (x + rng.uniform(-2, 2), rng.uniform(-4, 4))
-        rough = {"repose_deg": 35.0, "roughness_m": 0.05, "grain_m": 0.5}
-        return Pile(volume_m3, center_m, **rough, **more)
-
+    """Fly over stockpiles up to 30 m wide and several metres high, in UTM coordinates."""
+    stock = Pile(1.0, repose_deg=35.0, roughness_m=0.05, grain_m=0.5)
+    y = rng.uniform(-4, 4, 3)
     piles = (
-        stock(2300, -42),
-        replace(stock(1500, 0, ridge=0.5), heading_deg=rng.uniform(60, 120)),
-        replace(stock(900, 38, spread=0.7), peaks=3),
+        replace(stock, volume_m3=2300.0, center_m=(-42.0, y[0])),
+        replace(stock, volume_m3=1500.0, center_m=(0.0, y[1]), ridge=0.5, heading_deg=90.0),
+        replace(stock, volume_m3=900.0, center_m=(38.0, y[2]), peaks=3, spread=0.7),
     )
     sheds = (Box((-20.0, 33.0), (14.0, 8.0, 5.0), 10.0), Box((25.0, -32.0), (6.0, 2.5, 3.0), 70.0))
     return Scene(
@@ -245,7 +219,7 @@ def utm_yard(rng: np.random.Generator) -> Scene:
 
 
 def aerial(height_m: float) -> Camera:
-    """Flown survey: a few centimetres of noise whatever the height."""
+    """Make a flown camera: a few centimetres of noise whatever the height."""
     return Camera(
         frames=5,
         rail_m=80.0,
@@ -263,7 +237,7 @@ def aerial(height_m: float) -> Camera:
 
 
 def heap_10cm(rng: np.random.Generator) -> Scene:
-    """A heap 10 cm wide on a table, 35 cm below the camera."""
+    """Pour a heap 10 cm wide on a table, 35 cm below the camera."""
     pile = replace(corn(5.5e-5, 0, rng), roughness_m=0.0003, grain_m=0.003)
     camera = Camera(
         frames=3,
@@ -277,11 +251,13 @@ def heap_10cm(rng: np.random.Generator) -> Scene:
         shift_m=0.0001,
         turn_deg=0.01,
     )
-    return Scene(Floor(0.7, 0.7, node_m=0.001), (pile,), (), camera, fuse_voxel_m=0.0012)
+    return Scene(
+        Floor(0.7, 0.7, node_m=0.001), (pile,), (), camera, unlevelled(rng), fuse_voxel_m=0.0012
+    )
 
 
 def grain_2m(rng: np.random.Generator) -> Scene:
-    """A heap of wheat 2 m wide, from 2.4 m above."""
+    """Look down on a heap of wheat 2 m wide, from 2.4 m above."""
     pile = Pile(0.45, (rng.uniform(-0.1, 0.1), 0.0), repose_deg=26.0, grain_m=0.008)
     strip_m = (2.8, 2.6)
     camera = Camera(frames=5, rail_m=1.5, height_m=2.4, range_m=(0.2, 5.0))
@@ -290,20 +266,15 @@ def grain_2m(rng: np.random.Generator) -> Scene:
         (pile,),
         around(strip_m, camera.frames, rng),
         camera,
+        unlevelled(rng),
         fuse_voxel_m=0.011,
         strip_m=strip_m,
     )
 
 
-def _shapes() -> dict[str, Maker]:
-    rows = [(area, volume) for area, volumes in TABLE for volume in volumes]
-    makers = [shape_maker(*row, kind) for row in rows for kind in range(3)]
-    return {f"shape-{i:02d}": maker for i, maker in enumerate(makers, start=1)}
-
-
 NAMES: Mapping[str, Maker] = MappingProxyType(
     {
-        **_shapes(),
+        **paper_shapes(),
         "three-piles": three_piles,
         "touching-piles": touching_piles,
         "big-wall": big_wall,

@@ -25,7 +25,7 @@ class Cuboid:
 
     def ball(self) -> tuple[Array, float]:
         """Middle and radius of a ball around it."""
-        middle = np.array(self.foot_m) + [0, 0, self.size_m[2] / 2]
+        middle = np.add(self.foot_m, (0, 0, self.size_m[2] / 2))
         return middle, math.hypot(*self.size_m) / 2
 
     def meet(self, origin: Array, rays: Array) -> Array:
@@ -58,7 +58,7 @@ class Cylinder:
 
     def ball(self) -> tuple[Array, float]:
         """Middle and radius of a ball around it."""
-        middle = np.array(self.foot_m) + [0, 0, self.height_m / 2]
+        middle = np.add(self.foot_m, (0, 0, self.height_m / 2))
         return middle, math.hypot(self.radius_m, self.height_m / 2)
 
     def meet(self, origin: Array, rays: Array) -> Array:

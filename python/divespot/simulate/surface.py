@@ -5,20 +5,25 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from divespot.simulate.scene import Floor
+if TYPE_CHECKING:
+    from divespot.simulate.scene import Floor
 
 Array = NDArray[np.float64]
 
 
 def axes(floor: Floor) -> tuple[Array, Array]:
     """Return the x and y of the nodes, centred at the origin."""
-    counts = (math.ceil(side / floor.node_m) + 1 for side in (floor.length_m, floor.width_m))
-    x, y = ((np.arange(n) - (n - 1) / 2) * floor.node_m for n in counts)
-    return x, y
+    return _axis(floor.length_m, floor.node_m), _axis(floor.width_m, floor.node_m)
+
+
+def _axis(side_m: float, node_m: float) -> Array:
+    count = math.ceil(side_m / node_m) + 1
+    return np.asarray((np.arange(count) - (count - 1) / 2) * node_m, dtype=np.float64)
 
 
 def floor_heights(floor: Floor, rng: np.random.Generator) -> Array:
@@ -94,7 +99,7 @@ class Surface:
         column = np.rint((x - self.x[0]) / self.node_m).astype(np.intp)
         row = np.rint((y - self.y[0]) / self.node_m).astype(np.intp)
         inside_row = np.clip(row, 0, self.y.size - 1)
-        return self.owner[inside_row, np.clip(column, 0, self.x.size - 1)]
+        return np.asarray(self.owner[inside_row, np.clip(column, 0, self.x.size - 1)], np.int16)
 
     @cached_property
     def steepest(self) -> float:

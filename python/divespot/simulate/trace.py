@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from divespot.simulate.surface import Surface
+if TYPE_CHECKING:
+    from divespot.simulate.surface import Surface
 
 Array = NDArray[np.float64]
 
