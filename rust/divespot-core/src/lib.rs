@@ -8,6 +8,7 @@ mod fixed;
 mod parallel;
 
 pub mod cloud;
+pub mod hdbscan;
 pub mod sample;
 
 pub use cloud::{Bounds, Cloud};
