@@ -5,15 +5,33 @@
 
 mod error;
 mod fixed;
+mod moments;
+mod order;
 mod parallel;
 
 pub mod cloud;
+pub mod ground;
+pub mod ground_peak;
 pub mod hdbscan;
+pub mod heightmap;
+pub mod histogram;
+pub mod neighbors;
+pub mod piles;
+pub mod plane;
+pub mod pose;
 pub mod sample;
+pub mod spacing;
+pub mod survey;
+pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
 pub use error::{Error, Result};
+pub use ground_peak::{GroundRule, ground_height};
+pub use histogram::{HeightHistogram, height_histogram};
+pub use neighbors::radius_outlier_mask;
 pub use parallel::thread_count;
+pub use spacing::point_spacing;
+pub use voxel::{Voxels, voxel_downsample};
 
 /// One point, `[x, y, z]` in metres, relative to the cloud's origin.
 pub type Point = [f64; 3];

@@ -88,7 +88,7 @@ pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Re
     lap("boruvka");
     let rows = tree.rows;
     drop((tree.nodes, tree.blocks, tree.leaf_nodes));
-    let edges = sort::by_weight(edges);
+    let edges = sort::by_weight(&edges);
     stop(cancel)?;
     lap("sort");
     let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size);

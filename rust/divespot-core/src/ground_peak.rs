@@ -1,0 +1,263 @@
+//! The height of the ground: a peak in the distribution of heights.
+
+use crate::fixed::Fixed;
+use crate::histogram::{HeightHistogram, height_histogram};
+use crate::{Error, Result};
+
+/// A peak ends where the counts fall to this share of it; lower ones are none of a series.
+const PEAK_SHARE: f64 = 0.5;
+
+/// The same for the first peak: a box's top may hold many more points than the ground.
+const FIRST_PEAK_SHARE: f64 = 0.1;
+
+/// The share of the heights that may lie astray at either end.
+const STRAY_SHARE: f64 = 0.01;
+
+/// A peak's window moves this often at most.
+const MOST_MOVES: usize = 8;
+
+/// Which peak is the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GroundRule {
+    /// The lowest peak that reaches a tenth of the highest and then falls to half of itself.
+    First,
+    /// The highest peak in the lower part.
+    Lower,
+    /// Midway between the lowest and the highest of the peaks in the lower part that reach half
+    /// of the highest one there: for a floor that registration split into several levels (paper,
+    /// "When the ground becomes uneven").
+    Midpoint,
+}
+
+/// The height of the ground (paper, Algorithm 3), by `rule`.
+///
+/// The lower part is the first `lower_fraction` of the range from the 1st to the 99th percentile
+/// of the heights, so that a stray point does not move it; a peak that it cuts through is
+/// followed upward to its top. Finer than a bin: the result is the mean of the heights in the
+/// `window` bins around the peak.
+///
+/// # Errors
+/// As [`height_histogram`]; [`Error::Setting`] unless `lower_fraction` is above 0 and up to 1.
+pub fn ground_height(
+    heights: &[f64],
+    bin_m: f64,
+    window: usize,
+    rule: GroundRule,
+    lower_fraction: f64,
+) -> Result<f64> {
+    if !(lower_fraction > 0.0 && lower_fraction <= 1.0) {
+        let needed = "a number above 0 and up to 1";
+        return Err(Error::Setting { name: "lower_fraction", given: lower_fraction, needed });
+    }
+    let histogram = height_histogram(heights, bin_m, window)?;
+    let smoothed = &histogram.smoothed;
+    let part = lower_part(&histogram, heights.len(), lower_fraction);
+    let (first, last) = match rule {
+        GroundRule::First => [first_peak(smoothed); 2].into(),
+        GroundRule::Lower => [highest_peak(smoothed, part); 2].into(),
+        GroundRule::Midpoint => series_of_peaks(smoothed, part),
+    };
+    let top = |peak| top_m(&histogram, heights, peak);
+    Ok(top(first).midpoint(top(last)))
+}
+
+/// The first and the last bin of the lower part.
+fn lower_part(histogram: &HeightHistogram, total: usize, fraction: f64) -> (usize, usize) {
+    let stray = STRAY_SHARE * total as f64;
+    let reached = |share: f64| {
+        let mut sum = 0.0;
+        let passes = |&count: &u32| {
+            sum += f64::from(count);
+            sum > share
+        };
+        histogram.counts.iter().position(passes).unwrap_or(0)
+    };
+    let (low, high) = (reached(stray), reached(total as f64 - stray - 1.0));
+    (low, low + ((high - low) as f64 * fraction) as usize)
+}
+
+/// The top of the highest peak within `part`, and a little beyond where the part cuts it.
+fn highest_peak(smoothed: &[f64], (low, high): (usize, usize)) -> usize {
+    let mut peak = low;
+    for i in low..=high {
+        if smoothed[i] > smoothed[peak] {
+            peak = i;
+        }
+    }
+    while peak >= high && smoothed.get(peak + 1).is_some_and(|&next| next > smoothed[peak]) {
+        peak += 1;
+    }
+    middle_of_top(smoothed, peak)
+}
+
+/// The middle of the equally high bins that begin at `peak`: one full bin smooths to many.
+fn middle_of_top(smoothed: &[f64], peak: usize) -> usize {
+    let top = smoothed[peak..].iter().take_while(|&&v| v == smoothed[peak]).count();
+    peak + (top - 1) / 2
+}
+
+fn first_peak(smoothed: &[f64]) -> usize {
+    let highest = smoothed.iter().copied().fold(0.0, f64::max);
+    let mut peak = 0;
+    for (i, &value) in smoothed.iter().enumerate() {
+        if value > smoothed[peak] {
+            peak = i;
+        }
+        let stands = smoothed[peak] >= FIRST_PEAK_SHARE * highest;
+        if stands && value < PEAK_SHARE * smoothed[peak] {
+            break;
+        }
+    }
+    middle_of_top(smoothed, peak)
+}
+
+/// The lowest and the highest of the peaks in `part` that belong with its highest.
+fn series_of_peaks(smoothed: &[f64], part: (usize, usize)) -> (usize, usize) {
+    let highest = highest_peak(smoothed, part);
+    let is_peak = |&i: &usize| {
+        let below = i.checked_sub(1).map_or(0.0, |j| smoothed[j]);
+        let end = i + smoothed[i..].iter().take_while(|&&v| v == smoothed[i]).count();
+        let above = smoothed.get(end).copied().unwrap_or(0.0);
+        smoothed[i] >= PEAK_SHARE * smoothed[highest] && smoothed[i] > below && smoothed[i] > above
+    };
+    let mut peaks = (part.0..=part.1.max(highest)).filter(is_peak);
+    let first = peaks.next().map_or(highest, |i| middle_of_top(smoothed, i));
+    let last = peaks.next_back().map_or(first, |i| middle_of_top(smoothed, i));
+    (first, last.max(highest))
+}
+
+/// The top of a peak, finer than a bin: the mean of the heights in the window around it.
+///
+/// The window follows the mean to its bin until it stays: where the counts wobble, or the window
+/// meets the end of the histogram, the highest average stands a few bins off the top.
+fn top_m(histogram: &HeightHistogram, heights: &[f64], mut peak: usize) -> f64 {
+    let mut mean = mean_around(histogram, heights, peak);
+    for _ in 0..MOST_MOVES {
+        let bin = histogram.bin_of(mean);
+        if bin == peak {
+            break;
+        }
+        peak = bin;
+        mean = mean_around(histogram, heights, peak);
+    }
+    mean
+}
+
+/// The mean of the heights in the window around bin `peak`, the same bits in any order.
+fn mean_around(histogram: &HeightHistogram, heights: &[f64], peak: usize) -> f64 {
+    let half = (histogram.window / 2).min(histogram.counts.len());
+    let fixed = Fixed::new((half + 2) as f64 * histogram.bin_m, heights.len());
+    let middle = peak as f64 * histogram.bin_m;
+    let (mut sum, mut count) = (0_i64, 0);
+    for &height in heights {
+        if histogram.bin_of(height).abs_diff(peak) <= half {
+            sum += fixed.encode(height - histogram.lowest_m - middle);
+            count += 1;
+        }
+    }
+    histogram.lowest_m + (middle + fixed.mean(sum.into(), count))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    const RULES: [GroundRule; 3] = [GroundRule::First, GroundRule::Lower, GroundRule::Midpoint];
+
+    /// Numbers between 0 and 1.
+    fn uniform(count: u64, seed: u64) -> impl Iterator<Item = f64> {
+        (0..count).map(move |i| (mix(i + (seed << 32)) >> 11) as f64 / (1_u64 << 53) as f64)
+    }
+
+    /// About normal, standard deviation 1 mm, around `height`.
+    fn floor(count: u64, height: f64, seed: u64) -> impl Iterator<Item = f64> {
+        let draws = (0..12).map(move |k| uniform(count, 100 * seed + k).collect::<Vec<_>>());
+        let draws: Vec<_> = draws.collect();
+        (0..count as usize)
+            .map(move |i| height + 0.001 * (draws.iter().map(|d| d[i]).sum::<f64>() - 6.0))
+    }
+
+    /// A floor at 0.25 m with a cone of 0.3 m on it: fewer points the higher.
+    fn scene() -> Vec<f64> {
+        let cone = uniform(20_000, 1).map(|u| 0.25 + 0.3 * (1.0 - u.sqrt()));
+        floor(30_000, 0.25, 2).chain(cone).collect()
+    }
+
+    fn ground(heights: &[f64], rule: GroundRule) -> f64 {
+        ground_height(heights, 0.001, 5, rule, 0.5).unwrap()
+    }
+
+    #[test]
+    fn every_rule_finds_the_floor_under_a_cone() {
+        for rule in RULES {
+            let error = ground(&scene(), rule) - 0.25;
+            assert!(error.abs() < 3e-4, "{rule:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn an_even_floor_is_found_exactly() {
+        let mut heights = vec![0.8125; 500];
+        assert!(RULES.iter().all(|&rule| ground(&heights, rule) == 0.8125));
+        heights.extend((0..500).map(|i| 0.8125 + f64::from(i) / 1024.0));
+        for rule in RULES {
+            assert!((ground(&heights, rule) - 0.8125).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn stray_points_do_not_move_it() {
+        let clean = scene();
+        for stray in [-7.0, 95.0] {
+            let mut heights = clean.clone();
+            heights.extend([stray; 20]);
+            for rule in RULES {
+                let moved = ground(&heights, rule) - ground(&clean, rule);
+                assert!(moved.abs() < 3e-4, "{rule:?} {stray}: {moved}");
+            }
+        }
+    }
+
+    #[test]
+    fn order_does_not_count_nor_does_an_exact_offset() {
+        let heights = scene();
+        let mut sorted = heights.clone();
+        sorted.sort_by(f64::total_cmp);
+        let shifted: Vec<f64> =
+            heights.iter().map(|h| (h * 1e6).round() / 65536.0 + 4096.0).collect();
+        let unshifted: Vec<f64> = shifted.iter().map(|h| h - 4096.0).collect();
+        for rule in RULES {
+            assert_eq!(ground(&heights, rule), ground(&sorted, rule));
+            let moved = ground(&shifted, rule) - ground(&unshifted, rule);
+            assert!((moved - 4096.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_box_with_a_larger_top_is_not_the_ground() {
+        let heights: Vec<f64> = floor(5000, 0.0, 3).chain(floor(20_000, 0.3, 4)).collect();
+        assert!(ground(&heights, GroundRule::First).abs() < 2e-4);
+        assert!(ground(&heights, GroundRule::Lower).abs() < 2e-4);
+        let whole = ground_height(&heights, 0.001, 5, GroundRule::Lower, 1.0).unwrap();
+        assert!((whole - 0.3).abs() < 2e-4);
+    }
+
+    #[test]
+    fn the_midpoint_lies_between_the_levels_of_a_split_floor() {
+        let levels = [(0.0, 9000), (0.012, 7000), (0.02, 8000), (0.5, 3000)];
+        let heights: Vec<f64> =
+            (0..).zip(levels).flat_map(|(i, (z, count))| floor(count, z, 10 + i)).collect();
+        assert!((ground(&heights, GroundRule::Midpoint) - 0.01).abs() < 3e-4);
+        assert!(ground(&heights, GroundRule::Lower).abs() < 3e-4);
+        assert!(ground(&heights, GroundRule::First).abs() < 3e-4);
+    }
+
+    #[test]
+    fn a_fraction_outside_its_range_is_refused() {
+        for fraction in [0.0, -0.1, 1.01, f64::NAN] {
+            let result = ground_height(&[1.0], 0.1, 1, GroundRule::Lower, fraction);
+            assert!(matches!(result, Err(Error::Setting { name: "lower_fraction", .. })));
+        }
+    }
+}

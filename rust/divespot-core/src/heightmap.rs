@@ -1,0 +1,272 @@
+//! The ground grid (paper, "Voxel Meshing Calculation"): one height a cell of known area.
+//!
+//! Memory grows with the square of the scene's size, where inner voxels would take the cube.
+
+use crate::error::{Error, Result, positive};
+use crate::fixed::Fixed;
+use crate::{Bounds, Point};
+
+/// The largest grid that is made; 3 GB.
+const MOST_CELLS: f64 = (1u64 << 26) as f64;
+
+/// Square cells in plan, row by row: x along a row, y from row to row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// The corner of cell (0, 0) with the lowest x and y.
+    pub origin_m: [f64; 2],
+    /// Edge of a cell.
+    pub cell_m: f64,
+    /// Cells in a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
+}
+
+impl Grid {
+    /// The grid over `bounds`, a quarter of a cell larger: points of a regular raster whose step
+    /// divides the cell do not lie on the edge between two cells, where rounding would decide.
+    ///
+    /// # Errors
+    ///
+    /// A cell that is not above zero, or more than 2²⁶ cells.
+    pub fn over(bounds: &Bounds, cell_m: f64) -> Result<Self> {
+        positive("cell_m", cell_m)?;
+        let extent = bounds.extent();
+        let across = |k: usize| ((extent[k] + 0.25 * cell_m) / cell_m).floor() + 1.0;
+        let cells = across(0) * across(1);
+        if cells > MOST_CELLS {
+            return Err(Error::GridTooLarge { name: "cell_m", cells });
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 2²⁶
+        let (columns, rows) = (across(0) as usize, across(1) as usize);
+        let origin_m = [bounds.min[0] - 0.25 * cell_m, bounds.min[1] - 0.25 * cell_m];
+        Ok(Self { origin_m, cell_m, columns, rows })
+    }
+
+    /// The number of cells.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// Whether the grid has no cell.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The middle of a cell.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)] // far below 2⁵³
+    pub fn center(&self, cell: usize) -> [f64; 2] {
+        let (column, row) = (cell % self.columns, cell / self.columns);
+        [
+            self.origin_m[0] + (column as f64 + 0.5) * self.cell_m,
+            self.origin_m[1] + (row as f64 + 0.5) * self.cell_m,
+        ]
+    }
+
+    /// The cell that a point inside the grid's bounds lies in.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to the grid
+    fn cell(&self, p: &Point) -> usize {
+        let along = |k: usize, most: usize| {
+            (((p[k] - self.origin_m[k]) / self.cell_m) as usize).min(most - 1)
+        };
+        along(1, self.rows) * self.columns + along(0, self.columns)
+    }
+
+    /// Whether a cell lies in the first or last row or column.
+    #[must_use]
+    pub fn is_border(&self, cell: usize) -> bool {
+        let (column, row) = (cell % self.columns, cell / self.columns);
+        column == 0 || row == 0 || column + 1 == self.columns || row + 1 == self.rows
+    }
+
+    /// The neighbour `dx` columns and `dy` rows away, if there is one.
+    #[must_use]
+    pub fn neighbor(&self, cell: usize, dx: isize, dy: isize) -> Option<usize> {
+        let column = (cell % self.columns).checked_add_signed(dx).filter(|&c| c < self.columns)?;
+        let row = (cell / self.columns).checked_add_signed(dy).filter(|&r| r < self.rows)?;
+        Some(row * self.columns + column)
+    }
+}
+
+/// One height a cell, and what it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightMap {
+    /// The cells.
+    pub grid: Grid,
+    /// Height at the middle of each cell; NaN where no point fell.
+    pub heights_m: Vec<f64>,
+    /// Points in each cell.
+    pub counts: Vec<u32>,
+    /// Highest minus lowest point of each cell; 0 where no point fell.
+    pub relief_m: Vec<f64>,
+}
+
+#[derive(Clone, Copy)]
+struct Sums {
+    count: u32,
+    xyz: [i64; 3],
+    low: f64,
+    high: f64,
+}
+
+const NOTHING: Sums = Sums { count: 0, xyz: [0; 3], low: f64::INFINITY, high: f64::NEG_INFINITY };
+
+/// Averages the points of each cell of edge `cell_m`.
+///
+/// The mean height belongs to the mean position of the points; it is carried to the middle of the
+/// cell along the slope between the neighbouring cells, so that points crowded on one side of the
+/// cells add nothing to the volume. The same points give the same bits in any order.
+///
+/// # Errors
+///
+/// No points, a cell that is not above zero, or more than 2²⁶ cells.
+pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
+    let bounds = Bounds::of(points.iter().copied()).ok_or(Error::TooFewPoints {
+        what: "a height map",
+        given: 0,
+        needed: 1,
+    })?;
+    let grid = Grid::over(&bounds, cell_m)?;
+    let fixed = Fixed::new(bounds.largest(), points.len());
+    let sums = accumulate(points, &grid, fixed);
+    let means: Vec<Option<Point>> = sums.iter().map(|s| mean(s, fixed)).collect();
+    Ok(HeightMap {
+        grid,
+        heights_m: (0..grid.len()).map(|cell| centered(&grid, &means, cell)).collect(),
+        counts: sums.iter().map(|s| s.count).collect(),
+        relief_m: sums.iter().map(|s| (s.high - s.low).max(0.0)).collect(),
+    })
+}
+
+fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
+    let mut sums = vec![NOTHING; grid.len()];
+    for p in points {
+        let cell = &mut sums[grid.cell(p)];
+        cell.count += 1;
+        (0..3).for_each(|k| cell.xyz[k] += fixed.encode(p[k]));
+        cell.low = cell.low.min(p[2]);
+        cell.high = cell.high.max(p[2]);
+    }
+    sums
+}
+
+fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {
+    (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum.into(), sums.count)))
+}
+
+/// The height at the middle of a cell.
+fn centered(grid: &Grid, means: &[Option<Point>], cell: usize) -> f64 {
+    let Some(here) = means[cell] else { return f64::NAN };
+    let center = grid.center(cell);
+    let rise = |k: usize| slope(grid, means, cell, k) * (center[k] - here[k]);
+    here[2] + rise(0) + rise(1)
+}
+
+/// The slope along axis `k`, from one neighbour to the other or to the cell itself.
+///
+/// Taken as nought where it is steeper than two in one: no heap is, it is an edge between two
+/// surfaces, and the mean of what was seen is the better height.
+fn slope(grid: &Grid, means: &[Option<Point>], cell: usize, k: usize) -> f64 {
+    let along = |step: isize| {
+        let (dx, dy) = if k == 0 { (step, 0) } else { (0, step) };
+        grid.neighbor(cell, dx, dy).and_then(|n| means[n]).or(means[cell])
+    };
+    let (Some(a), Some(b)) = (along(-1), along(1)) else { return 0.0 };
+    let (run, rise) = (b[k] - a[k], b[2] - a[2]);
+    if run >= 0.5 * grid.cell_m && rise.abs() <= 2.0 * run { rise / run } else { 0.0 }
+}
+
+/// Material above and below a base.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Volume {
+    /// Above the base.
+    pub cut_m3: f64,
+    /// Missing below the base, as a positive number.
+    pub fill_m3: f64,
+    /// Area of the cells that have a height.
+    pub area_m2: f64,
+}
+
+impl Volume {
+    /// Cut less fill.
+    #[must_use]
+    pub fn net_m3(&self) -> f64 {
+        self.cut_m3 - self.fill_m3
+    }
+}
+
+/// Integrates heights above their base: the sum of cell area times height, cut and fill apart.
+///
+/// Cells whose height is NaN are left out; the caller fills or counts them.
+#[must_use]
+pub fn integrate(heights_above_base_m: impl IntoIterator<Item = f64>, cell_m: f64) -> Volume {
+    let (mut cut, mut fill, mut cells) = (0.0, 0.0, 0.0);
+    for height in heights_above_base_m.into_iter().filter(|h| !h.is_nan()) {
+        cut += height.max(0.0);
+        fill -= height.min(0.0);
+        cells += 1.0;
+    }
+    let area = cell_m * cell_m;
+    Volume { cut_m3: cut * area, fill_m3: fill * area, area_m2: cells * area }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn raster(n: i32, step: f64, height: impl Fn(f64, f64) -> f64) -> Vec<Point> {
+        let at = |i: i32| (f64::from(i) + 0.5) * step;
+        (0..n * n).map(|i| (at(i % n), at(i / n))).map(|(x, y)| [x, y, height(x, y)]).collect()
+    }
+
+    fn volume(points: &[Point], cell_m: f64) -> Volume {
+        integrate(height_map(points, cell_m).unwrap().heights_m, cell_m)
+    }
+
+    #[test]
+    fn solids_on_a_raster_have_their_volume() {
+        let cone = raster(400, 0.005, |x, y| (0.8 - (x - 1.0).hypot(y - 1.0)).max(0.0) * 0.5);
+        let truth = std::f64::consts::PI * 0.64 * 0.4 / 3.0;
+        for cell_m in [0.005, 0.01, 0.02] {
+            assert!((volume(&cone, cell_m).net_m3() / truth - 1.0).abs() < 1e-3, "{cell_m}");
+        }
+        let wedge = volume(&raster(128, 0.0625, |x, _| x / 4.0 - 0.5), 0.125);
+        assert!((wedge.net_m3() - 32.0).abs() < 1e-9 && (wedge.area_m2 - 64.0).abs() < 1e-12);
+        assert!((wedge.fill_m3 - 4.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn points_crowded_in_a_corner_of_each_cell_do_not_tilt_the_volume() {
+        let plane = |x: f64, y: f64| 0.3 * x + 0.2 * y;
+        let even = raster(64, 0.25, plane);
+        let crowded =
+            even.iter().map(|p| [p[0] + 0.11, p[1] + 0.11, plane(p[0] + 0.11, p[1] + 0.11)]);
+        let edge = [[0.0, 0.0, 0.0], [16.0, 16.0, plane(16.0, 16.0)]];
+        let map = height_map(&crowded.chain(edge).collect::<Vec<_>>(), 0.25).unwrap();
+        let inner = map.grid.columns * 20 + 20;
+        let [x, y] = map.grid.center(inner);
+        assert!((map.heights_m[inner] - plane(x, y)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn order_changes_no_bit_and_gaps_stay_gaps() {
+        let points = raster(30, 0.1, |x, y| (x * y).sin());
+        let mut shuffled = points.clone();
+        shuffled.reverse();
+        let map = height_map(&points[..450], 0.05).unwrap();
+        assert_eq!(height_map(&points, 0.3).unwrap(), height_map(&shuffled, 0.3).unwrap());
+        assert!(map.heights_m.iter().zip(&map.counts).all(|(h, &n)| h.is_nan() == (n == 0)));
+    }
+
+    #[test]
+    fn impossible_grids_are_refused() {
+        assert!(matches!(height_map(&[], 0.1), Err(Error::TooFewPoints { .. })));
+        let far = [[0.0; 3], [1e9, 1e9, 0.0]];
+        assert!(matches!(height_map(&far, 1e-3), Err(Error::GridTooLarge { .. })));
+        assert!(matches!(height_map(&far, -1.0), Err(Error::Setting { .. })));
+        assert_eq!(height_map(&[[4.0; 3]], 0.1).unwrap().heights_m, [4.0]);
+    }
+}

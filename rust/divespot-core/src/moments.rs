@@ -1,0 +1,102 @@
+//! First and second moments of points, exact: they do not depend on the order of the points.
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+
+use crate::Point;
+use crate::fixed::Fixed;
+
+/// Sums of coordinates and of their products, as integers.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Moments {
+    count: u32,
+    sums: [i128; 3],
+    products: [i128; 6],
+}
+
+/// The index pairs of `products`.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+impl Moments {
+    /// The moments of `points`, which `fixed` must be made for.
+    pub(crate) fn of<'a>(points: impl IntoIterator<Item = &'a Point>, fixed: Fixed) -> Self {
+        let mut moments = Self::default();
+        points.into_iter().for_each(|p| moments.add(p.map(|v| fixed.encode(v))));
+        moments
+    }
+
+    fn add(&mut self, p: [i64; 3]) {
+        self.count += 1;
+        let p = p.map(i128::from);
+        (0..3).for_each(|k| self.sums[k] += p[k]);
+        PAIRS.iter().zip(&mut self.products).for_each(|(&(a, b), sum)| *sum += p[a] * p[b]);
+    }
+
+    pub(crate) fn merge(mut self, other: &Self) -> Self {
+        self.count += other.count;
+        (0..3).for_each(|k| self.sums[k] += other.sums[k]);
+        (0..6).for_each(|k| self.products[k] += other.products[k]);
+        self
+    }
+
+    pub(crate) fn count(&self) -> u32 {
+        self.count
+    }
+
+    pub(crate) fn mean(&self, fixed: Fixed) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| fixed.mean(self.sums[k], self.count))
+    }
+
+    /// The axis of least spread and the variance along it; `None` for fewer than three points.
+    pub(crate) fn flattest(&self, fixed: Fixed) -> Option<(Vector3<f64>, f64)> {
+        if self.count < 3 {
+            return None;
+        }
+        let eigen = SymmetricEigen::new(self.covariance(fixed));
+        let least = eigen.eigenvalues.imin();
+        Some((eigen.eigenvectors.column(least).into(), eigen.eigenvalues[least].max(0.0)))
+    }
+
+    /// The difference of products is taken in integers: nothing cancels, however far the points
+    /// lie from the origin.
+    #[allow(clippy::cast_precision_loss)] // the exact value is rounded once, at the end
+    fn covariance(&self, fixed: Fixed) -> Matrix3<f64> {
+        let n = i128::from(self.count);
+        let mut matrix = Matrix3::zeros();
+        for (&(a, b), &product) in PAIRS.iter().zip(&self.products) {
+            let exact = n * product - self.sums[a] * self.sums[b];
+            let value =
+                fixed.square(exact as f64) / (f64::from(self.count) * f64::from(self.count));
+            matrix[(a, b)] = value;
+            matrix[(b, a)] = value;
+        }
+        matrix
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_of_points_changes_no_bit() {
+        let points: Vec<Point> =
+            (0..999).map(f64::from).map(|i| [i.sin(), (3.0 * i).cos(), 0.1 * i.cos()]).collect();
+        let fixed = Fixed::new(1.0, points.len());
+        let forward = Moments::of(&points, fixed);
+        let (head, tail) = points.split_at(300);
+        let split = Moments::of(tail, fixed).merge(&Moments::of(head.iter().rev(), fixed));
+        assert_eq!(forward.flattest(fixed), split.flattest(fixed));
+        assert_eq!(forward.mean(fixed), split.mean(fixed));
+    }
+
+    #[test]
+    fn the_flattest_axis_of_a_slab_is_its_normal() {
+        let height = |i: i32| f64::from((i + i / 12) % 2) * 0.02 + 700.0;
+        let slab = |i: i32| [f64::from(i % 12), f64::from(i / 12), height(i)];
+        let points: Vec<Point> = (0..144).map(slab).collect();
+        let fixed = Fixed::new(710.0, 144);
+        let (normal, variance) = Moments::of(&points, fixed).flattest(fixed).unwrap();
+        assert!(normal.z.abs() > 0.999_99);
+        assert!((variance - 0.0001).abs() < 1e-6);
+    }
+}

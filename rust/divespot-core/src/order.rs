@@ -1,0 +1,61 @@
+//! Rows put in the order of integer keys.
+
+/// A row of the input and the key it is sorted by.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Keyed {
+    pub(crate) key: u64,
+    pub(crate) row: u32,
+}
+
+const DIGIT_BITS: u32 = 11;
+const BUCKETS: usize = 1 << DIGIT_BITS;
+
+/// Rows in ascending order of their keys; equal keys stay in the order given.
+///
+/// A radix sort, least significant digit first: as many passes as the largest key has digits.
+pub(crate) fn sort_by_key(mut rows: Vec<Keyed>) -> Vec<Keyed> {
+    let largest = rows.iter().map(|r| r.key).max().unwrap_or(0);
+    let mut sorted = vec![Keyed::default(); rows.len()];
+    let mut shift = 0;
+    while shift < u64::BITS && largest >> shift > 0 {
+        scatter(&rows, &mut sorted, shift);
+        std::mem::swap(&mut rows, &mut sorted);
+        shift += DIGIT_BITS;
+    }
+    rows
+}
+
+fn digit(key: u64, shift: u32) -> usize {
+    (key >> shift) as usize & (BUCKETS - 1)
+}
+
+fn scatter(rows: &[Keyed], sorted: &mut [Keyed], shift: u32) {
+    let mut next = [0_usize; BUCKETS];
+    rows.iter().for_each(|r| next[digit(r.key, shift)] += 1);
+    let mut start = 0;
+    for slot in &mut next {
+        start += std::mem::replace(slot, start);
+    }
+    for row in rows {
+        let slot = &mut next[digit(row.key, shift)];
+        sorted[*slot] = *row;
+        *slot += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    #[test]
+    fn the_order_is_that_of_a_stable_sort() {
+        for (count, mask) in [(0, 0), (1, u64::MAX), (5000, 0), (5000, 0xfff), (5000, u64::MAX)] {
+            let rows: Vec<Keyed> =
+                (0..count).map(|row| Keyed { key: mix(u64::from(row)) & mask, row }).collect();
+            let mut expected = rows.clone();
+            expected.sort_by_key(|r| r.key);
+            assert_eq!(sort_by_key(rows), expected);
+        }
+    }
+}

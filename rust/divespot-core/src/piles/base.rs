@@ -1,0 +1,175 @@
+//! The surface that an object stands on: a plane through the ground around it.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Fewer cells than this carry no plane of their own.
+const FEWEST: usize = 12;
+/// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
+const FEWEST_SECTORS: usize = 7;
+/// Sectors around an object whose means tell how far the ground wavers.
+const SECTORS: usize = 12;
+/// Rounds of Tukey's biweight; it settles in about five.
+const ROUNDS: usize = 10;
+
+/// A base `level_m + tilt · (p - center)` and how well it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Base {
+    /// Where `level_m` holds.
+    pub center_m: [f64; 2],
+    /// Height at the centre.
+    pub level_m: f64,
+    /// Slope along x and y.
+    pub tilt: [f64; 2],
+    /// Standard deviation of a cell about its sector's mean.
+    pub noise_m: f64,
+    /// Standard uncertainty of the level.
+    pub u_level_m: f64,
+    /// What the base rests on.
+    pub kind: Kind,
+}
+
+/// What a base rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A plane through the ring of ground around the object.
+    RingPlane,
+    /// The ring's height with the whole ground's tilt: the ring was seen on one side only.
+    RingLevel,
+    /// The ground's height in the whole scan.
+    Ground,
+}
+
+impl Base {
+    /// A level base that is the same for every object.
+    #[must_use]
+    pub fn ground(level_m: f64, noise_m: f64, u_level_m: f64) -> Self {
+        Self { center_m: [0.0; 2], level_m, tilt: [0.0; 2], noise_m, u_level_m, kind: Kind::Ground }
+    }
+
+    /// The base's height.
+    #[must_use]
+    pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
+        let [cx, cy] = self.center_m;
+        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy)
+    }
+
+    /// The plane through `ring` (x, y, height), stray cells weighing nothing.
+    ///
+    /// `None` where the ring is too small to say anything.
+    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]]) -> Option<Self> {
+        if ring.len() < FEWEST {
+            return None;
+        }
+        let local: Vec<[f64; 3]> =
+            ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
+        let seen = sector_means(&local, |_| 0.0).len();
+        let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::RingPlane };
+        let plane = robust_plane(&local, kind)?;
+        let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
+        let means = sector_means(&local, residuals);
+        let spread = (means.iter().map(|m| m * m).sum::<f64>() / to_f64(means.len())).sqrt();
+        let off: Vec<f64> = local.iter().map(residuals).collect();
+        Some(Self {
+            center_m,
+            level_m: plane[0],
+            tilt: [plane[1], plane[2]],
+            noise_m: scale(&off),
+            u_level_m: spread / to_f64(means.len()).sqrt(),
+            kind,
+        })
+    }
+}
+
+fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
+    plane[0] + plane[1] * p[0] + plane[2] * p[1]
+}
+
+/// Height and tilt by iteratively reweighted least squares, starting from the median.
+fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
+    let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
+    for _ in 0..ROUNDS {
+        let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
+        let reach = 4.685 * scale(&off).max(f64::MIN_POSITIVE);
+        let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
+        plane = weighted_plane(local, off.iter().map(weigh), kind)?;
+    }
+    Some(plane)
+}
+
+fn weighted_plane(
+    local: &[[f64; 3]],
+    weights: impl Iterator<Item = f64>,
+    kind: Kind,
+) -> Option<Vector3<f64>> {
+    let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    let tilted = if kind == Kind::RingPlane { 1.0 } else { 0.0 };
+    for (p, weight) in local.iter().zip(weights) {
+        let row = Vector3::new(1.0, tilted * p[0], tilted * p[1]);
+        matrix += weight * row * row.transpose();
+        right += weight * p[2] * row;
+    }
+    if tilted == 0.0 {
+        return (matrix[(0, 0)] > 0.0).then(|| Vector3::new(right[0] / matrix[(0, 0)], 0.0, 0.0));
+    }
+    matrix.cholesky().map(|c| c.solve(&right))
+}
+
+/// The mean of `of` in each sector around the origin that has points.
+fn sector_means(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
+    let mut sums = [(0.0, 0.0); SECTORS];
+    for p in local {
+        let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // from 0 to 1
+        let sector = ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1);
+        sums[sector].0 += of(p);
+        sums[sector].1 += 1.0;
+    }
+    sums.iter().filter(|(_, n)| *n > 0.0).map(|(sum, n)| sum / n).collect()
+}
+
+/// Standard deviation of normal values, from the median of their sizes.
+fn scale(off: &[f64]) -> f64 {
+    1.4826 * median(off.iter().map(|r| r.abs()).collect())
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of cells
+fn to_f64(n: usize) -> f64 {
+    n as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
+        let at = |i: i32| (f64::from(i) * 0.1, 2.0 + f64::from(i % 5) * 0.05);
+        let on = |(angle, r): (f64, f64)| (5.0 + r * angle.cos(), 7.0 + r * angle.sin());
+        (0..63 * 5).map(at).map(on).map(|(x, y)| [x, y, height(x, y)]).collect()
+    }
+
+    #[test]
+    fn a_sloping_floor_with_debris_is_found() {
+        let mut cells = ring(|x, y| 0.5 + 0.03 * x - 0.01 * y);
+        cells.iter_mut().step_by(4).for_each(|c| c[2] += 0.4);
+        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        assert!((base.at([5.0, 7.0]) - 0.58).abs() < 1e-9, "{base:?}");
+        assert!((base.at([6.0, 9.0]) - (0.5 + 0.18 - 0.09)).abs() < 1e-9);
+        assert_eq!(base.kind, Kind::RingPlane);
+    }
+
+    #[test]
+    fn a_ring_seen_on_one_side_keeps_the_grounds_tilt() {
+        let cells: Vec<_> = ring(|_, _| 0.25).into_iter().filter(|p| p[0] > 6.0).collect();
+        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        assert_eq!((base.kind, base.tilt, base.level_m), (Kind::RingLevel, [0.0; 2], 0.25));
+        assert_eq!(Base::around([5.0, 7.0], &cells[..5]), None);
+    }
+}

@@ -1,0 +1,67 @@
+//! How well a volume is known, term by term (after the GUM; Anderson 2019, ESPL 44:1015).
+
+use super::base::Base;
+use super::patch::{Patch, Zone};
+
+/// Standard uncertainties of a volume; independent of each other.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Budget {
+    /// Noise of each cell's height, independent from cell to cell.
+    pub noise_m3: f64,
+    /// The base's height, common to all cells.
+    pub base_m3: f64,
+    /// Where the object ends: half the change when the toe is taken one cell wider.
+    pub footprint_m3: f64,
+    /// Cells that were filled, not seen.
+    pub filled_m3: f64,
+    /// Curvature within the cells.
+    pub grid_m3: f64,
+}
+
+/// A filled height is as likely to be right as any from nought to twice its value: a rectangular
+/// distribution with this standard deviation (GUM 4.3.7).
+const FILLED: f64 = 0.577;
+
+impl Budget {
+    /// Standard uncertainty of the volume.
+    #[must_use]
+    pub fn combined_m3(&self) -> f64 {
+        [self.noise_m3, self.base_m3, self.footprint_m3, self.filled_m3, self.grid_m3]
+            .iter()
+            .map(|u| u * u)
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    /// The budget of the object in `patch`, whose heights above the base are `above` as seen and
+    /// `filled` with the gaps closed.
+    pub(crate) fn of(patch: &Patch, base: &Base, above: &[f64], filled: &[f64], toe: u32) -> Self {
+        let area = patch.grid.cell_m * patch.grid.cell_m;
+        let held: Vec<usize> = patch.cells(Zone::Core).chain(patch.cells(Zone::Toe)).collect();
+        let sum = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() * area;
+        let cells = to_f64(held.len());
+        let gaps = held.iter().filter(|&&c| above[c].is_nan()).map(|&c| filled[c]);
+        // The toe is a few cells wide: its volume spread over them is what one more would hold.
+        let toe_m3 = sum(&mut patch.cells(Zone::Toe).map(|c| filled[c]));
+        let curvature = held.iter().map(|&c| laplacian(patch, filled, c));
+        Self {
+            noise_m3: cells.sqrt() * area * base.noise_m,
+            base_m3: cells * area * base.u_level_m,
+            footprint_m3: 0.5 * toe_m3.abs() / f64::from(toe.max(1)),
+            filled_m3: FILLED * sum(&mut gaps.map(f64::abs)),
+            grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
+        }
+    }
+}
+
+/// Second differences of the heights around a cell: 24 times the error of the midpoint rule in it.
+fn laplacian(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
+    let four = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+    let around = four.into_iter().filter_map(|(dx, dy)| patch.grid.neighbor(cell, dx, dy));
+    around.map(|n| filled[n] - filled[cell]).filter(|d| !d.is_nan()).sum()
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of cells
+fn to_f64(n: usize) -> f64 {
+    n as f64
+}

@@ -1,0 +1,191 @@
+//! The objects that stand on the ground: their footprint, base, volume and shape.
+//!
+//! Cutting above the ground and adding up the rest loses the toe (paper, "Voxel Meshing
+//! Calculation"), which the paper repairs with an empirical factor. Here the cells of the toe are
+//! kept, signed: outside the pile they average to nothing, so no factor is needed.
+
+mod base;
+mod budget;
+mod outline;
+mod patch;
+mod shape;
+mod territory;
+
+pub use base::{Base, Kind};
+pub use budget::Budget;
+pub use shape::Reason;
+
+use crate::error::{Error, Result};
+use crate::heightmap::{HeightMap, Volume, integrate};
+use patch::{Patch, Reach, Zone, flood};
+use territory::Territory;
+
+/// How objects are measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Steps of one cell around the labelled cells that may hold the toe.
+    pub toe_cells: u32,
+    /// Steps beyond the toe in which the ground is looked for.
+    pub ring_cells: u32,
+    /// Cells this high above their base are the object's beyond doubt.
+    pub margin_m: f64,
+    /// The base of every object; `None` for a plane through the ring around each.
+    pub base: Option<Base>,
+    /// The base where a ring says nothing.
+    pub ground: Base,
+}
+
+/// Something that stands on the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// The label of its cells.
+    pub label: i32,
+    /// Volume above and below the base.
+    pub volume: Volume,
+    /// Its uncertainty.
+    pub budget: Budget,
+    /// The base.
+    pub base: Base,
+    /// Area of the cells that the object covers.
+    pub footprint_m2: f64,
+    /// Height of the highest cell above the base.
+    pub max_height_m: f64,
+    /// Centre of the volume.
+    pub centroid_m: [f64; 3],
+    /// The footprint's outline at the base, counter-clockwise.
+    pub outline_m: Vec<[f64; 3]>,
+    /// Share of the footprint's cells that were seen.
+    pub seen_fraction: f64,
+    /// Whether the object runs out of what was seen.
+    pub touches_edge: bool,
+    /// Why it is no pile; `None` for a pile.
+    pub reason: Option<Reason>,
+}
+
+/// A toe with this share of its cells beyond what was seen is cut off.
+const CUT_OFF: f64 = 0.1;
+
+/// Measures every object in a levelled height map.
+///
+/// `labels` holds one value a cell: the object's number, or -1. Objects come by number.
+///
+/// # Errors
+///
+/// A number of labels that is not the number of cells.
+pub fn measure(map: &HeightMap, labels: &[i32], settings: &Settings) -> Result<Vec<Object>> {
+    if labels.len() != map.heights_m.len() {
+        return Err(Error::Degenerate("one label for each cell of the height map is needed"));
+    }
+    let reach = Reach { toe: settings.toe_cells, ring: settings.ring_cells };
+    let territory = Territory::grow(&map.grid, labels, reach.toe + reach.ring);
+    let beyond = flood(&map.grid, |cell| map.heights_m[cell].is_nan());
+    let patches = Patch::all(map, labels, &territory, &beyond, reach);
+    Ok(patches.into_iter().map(|(label, patch)| object(label, &patch, settings)).collect())
+}
+
+fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
+    let base = settings.base.unwrap_or_else(|| ring_base(patch).unwrap_or(settings.ground));
+    let height = |cell: usize| patch.heights_m[cell] - base.at(patch.grid.center(cell));
+    let above: Vec<f64> = (0..patch.zones.len()).map(height).collect();
+    let filled = fill_gaps(patch, &above);
+    let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
+    let heights = (0..filled.len()).filter(|&cell| held(cell)).map(|cell| filled[cell]);
+    let footprint = footprint(patch, &filled, settings.margin_m);
+    let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
+    let seen = covered.iter().filter(|&&cell| !above[cell].is_nan()).count();
+    Object {
+        label,
+        volume: integrate(heights, patch.grid.cell_m),
+        budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
+        base,
+        footprint_m2: to_f64(covered.len()) * patch.grid.cell_m * patch.grid.cell_m,
+        max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
+        centroid_m: centroid(patch, &base, &covered, &filled),
+        outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
+        seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
+        touches_edge: touches_edge(patch),
+        reason: shape::why_no_pile(patch, &above, base.noise_m),
+    }
+}
+
+fn ring_base(patch: &Patch) -> Option<Base> {
+    let core: Vec<[f64; 2]> = patch.cells(Zone::Core).map(|c| patch.grid.center(c)).collect();
+    let mean = |k: usize| core.iter().map(|p| p[k]).sum::<f64>() / to_f64(core.len());
+    let seen = patch.cells(Zone::Ring).filter(|&cell| !patch.heights_m[cell].is_nan());
+    let place = |cell: usize| {
+        let [x, y] = patch.grid.center(cell);
+        [x, y, patch.heights_m[cell]]
+    };
+    Base::around([mean(0), mean(1)], &seen.map(place).collect::<Vec<_>>())
+}
+
+/// Heights with the unseen cells closed: in the core, layer by layer, with the mean of the cells
+/// around; at the toe with the base.
+fn fill_gaps(patch: &Patch, above: &[f64]) -> Vec<f64> {
+    let mut filled = above.to_vec();
+    patch.cells(Zone::Toe).filter(|&c| above[c].is_nan()).for_each(|c| filled[c] = 0.0);
+    let mut gaps: Vec<usize> = patch.cells(Zone::Core).filter(|&c| above[c].is_nan()).collect();
+    while !gaps.is_empty() {
+        let layer: Vec<(usize, f64)> = gaps
+            .iter()
+            .filter_map(|&cell| Some((cell, mean_around(patch, &filled, cell)?)))
+            .collect();
+        if layer.is_empty() {
+            break;
+        }
+        layer.into_iter().for_each(|(cell, height)| filled[cell] = height);
+        gaps.retain(|&cell| filled[cell].is_nan());
+    }
+    filled
+}
+
+/// The mean of the known heights around a cell.
+fn mean_around(patch: &Patch, heights: &[f64], cell: usize) -> Option<f64> {
+    let known = patch.around(cell, 1).map(|n| heights[n]).filter(|h| !h.is_nan());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
+/// The cells that the object covers: its core, and the toe where it stands clear of the base.
+///
+/// Clear is a third of the margin for the mean of nine cells, which has a third of their noise.
+fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
+    let clear = |cell: usize| mean_around(patch, filled, cell).is_some_and(|h| h > margin_m / 3.0);
+    let covers = |cell: usize| match patch.zones[cell] {
+        Zone::Core => true,
+        Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),
+        Zone::Outside | Zone::Ring => false,
+    };
+    (0..patch.zones.len()).map(covers).collect()
+}
+
+fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
+    let (mut weight, mut sum) = (0.0, [0.0; 3]);
+    for &cell in covered {
+        let height = filled[cell].max(0.0);
+        let [x, y] = patch.grid.center(cell);
+        let middle = [x, y, base.at([x, y]) + height / 2.0];
+        weight += height;
+        (0..3).for_each(|k| sum[k] += height * middle[k]);
+    }
+    sum.map(|s| if weight > 0.0 { s / weight } else { f64::NAN })
+}
+
+fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
+    line.into_iter().map(|[x, y]| [x, y, base.at([x, y])]).collect()
+}
+
+/// Whether much of the toe lies where nothing was seen out to the scan's edge.
+fn touches_edge(patch: &Patch) -> bool {
+    let toe: Vec<usize> = patch.cells(Zone::Toe).collect();
+    let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + patch.cut;
+    to_f64(beyond) > CUT_OFF * to_f64(toe.len() + patch.cut)
+}
+
+#[allow(clippy::cast_precision_loss)] // counts of cells
+fn to_f64(n: usize) -> f64 {
+    n as f64
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,163 @@
+//! The part of the height map around one object.
+
+use super::territory::{NOBODY, Territory};
+use crate::heightmap::{Grid, HeightMap};
+
+/// What a cell is to the object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Zone {
+    /// Nothing to do with it.
+    Outside,
+    /// Found by its height, or enclosed by such cells.
+    Core,
+    /// Near enough to the core to hold the object's toe.
+    Toe,
+    /// Ground around the toe.
+    Ring,
+}
+
+/// A window of the height map with every cell's zone.
+pub(crate) struct Patch {
+    pub(crate) grid: Grid,
+    pub(crate) heights_m: Vec<f64>,
+    pub(crate) zones: Vec<Zone>,
+    /// Cells that belong to the unseen region beyond the scan's edge.
+    pub(crate) beyond: Vec<bool>,
+    /// Core cells on the edge of the whole map, whose toe is cut off.
+    pub(crate) cut: usize,
+}
+
+/// How far the zones reach from the core, in steps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reach {
+    pub(crate) toe: u32,
+    pub(crate) ring: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    columns: (usize, usize),
+    rows: (usize, usize),
+}
+
+impl Patch {
+    /// One patch for each label that owns cells, by label.
+    pub(crate) fn all(
+        map: &HeightMap,
+        labels: &[i32],
+        territory: &Territory,
+        beyond: &[bool],
+        reach: Reach,
+    ) -> Vec<(i32, Self)> {
+        let windows = windows(&map.grid, &territory.owner);
+        let labelled = (0i32..).zip(windows).filter_map(|(label, window)| Some((label, window?)));
+        labelled
+            .map(|(label, window)| {
+                let cells = window.cells(&map.grid);
+                let zones = zones(&cells, territory, reach, label);
+                let mut patch = Self::cut(map, beyond, &cells, zones, window);
+                patch.fill_enclosed(|i| ![NOBODY, label].contains(&labels[cells[i]]));
+                (label, patch)
+            })
+            .collect()
+    }
+
+    fn cut(
+        map: &HeightMap,
+        beyond: &[bool],
+        cells: &[usize],
+        zones: Vec<Zone>,
+        window: Window,
+    ) -> Self {
+        let [x, y] = map.grid.center(cells[0]);
+        let half = 0.5 * map.grid.cell_m;
+        let [columns, rows] = window.size();
+        let core = cells.iter().zip(&zones).filter(|(_, zone)| **zone == Zone::Core);
+        Self {
+            grid: Grid { origin_m: [x - half, y - half], columns, rows, ..map.grid },
+            heights_m: cells.iter().map(|&cell| map.heights_m[cell]).collect(),
+            cut: core.filter(|(cell, _)| map.grid.is_border(**cell)).count(),
+            beyond: cells.iter().map(|&cell| beyond[cell]).collect(),
+            zones,
+        }
+    }
+
+    /// Cells that the core encloses belong to it, seen or not, unless they are another object's.
+    fn fill_enclosed(&mut self, others: impl Fn(usize) -> bool) {
+        let open = flood(&self.grid, |cell| self.zones[cell] != Zone::Core);
+        for (cell, zone) in self.zones.iter_mut().enumerate() {
+            if !open[cell] && !others(cell) {
+                *zone = Zone::Core;
+            }
+        }
+    }
+
+    /// The cells of a zone.
+    pub(crate) fn cells(&self, wanted: Zone) -> impl Iterator<Item = usize> + '_ {
+        (0..self.zones.len()).filter(move |&cell| self.zones[cell] == wanted)
+    }
+
+    /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
+    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + '_ {
+        let span = -reach..=reach;
+        span.clone()
+            .flat_map(move |dy| span.clone().filter_map(move |dx| self.grid.neighbor(cell, dx, dy)))
+    }
+}
+
+impl Window {
+    fn size(&self) -> [usize; 2] {
+        [self.columns.1 - self.columns.0 + 1, self.rows.1 - self.rows.0 + 1]
+    }
+
+    /// The map's cells in the window, row by row.
+    fn cells(&self, grid: &Grid) -> Vec<usize> {
+        let row = |r: usize| (self.columns.0..=self.columns.1).map(move |c| r * grid.columns + c);
+        (self.rows.0..=self.rows.1).flat_map(row).collect()
+    }
+}
+
+fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Vec<Zone> {
+    let zone = |&cell: &usize| match territory.steps[cell] {
+        _ if territory.owner[cell] != label => Zone::Outside,
+        0 => Zone::Core,
+        steps if steps <= reach.toe => Zone::Toe,
+        _ => Zone::Ring,
+    };
+    cells.iter().map(zone).collect()
+}
+
+/// The smallest window around each label's cells.
+fn windows(grid: &Grid, owner: &[i32]) -> Vec<Option<Window>> {
+    let mut windows: Vec<Option<Window>> = Vec::new();
+    for (cell, &label) in owner.iter().enumerate() {
+        let Ok(label) = usize::try_from(label) else { continue };
+        if windows.len() <= label {
+            windows.resize(label + 1, None);
+        }
+        let (column, row) = (cell % grid.columns, cell / grid.columns);
+        let start = Window { columns: (column, column), rows: (row, row) };
+        let window = windows[label].get_or_insert(start);
+        window.columns = (window.columns.0.min(column), window.columns.1.max(column));
+        window.rows = (window.rows.0.min(row), window.rows.1.max(row));
+    }
+    windows
+}
+
+/// The cells that can be reached from the grid's border through `passable` cells.
+pub(crate) fn flood(grid: &Grid, passable: impl Fn(usize) -> bool) -> Vec<bool> {
+    let mut reached = vec![false; grid.len()];
+    let mut stack: Vec<usize> =
+        (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    stack.iter().for_each(|&cell| reached[cell] = true);
+    while let Some(cell) = stack.pop() {
+        for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+            let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
+            if !reached[n] && passable(n) {
+                reached[n] = true;
+                stack.push(n);
+            }
+        }
+    }
+    reached
+}

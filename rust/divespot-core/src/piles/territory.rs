@@ -1,0 +1,82 @@
+//! Which object a cell is nearest to, and how far away.
+
+use crate::heightmap::Grid;
+
+/// The cell belongs to no object and is near none.
+pub(crate) const NOBODY: i32 = -1;
+
+/// For every cell the nearest object and the distance to it in steps.
+///
+/// Steps go to four neighbours and to eight in turn, so distances are octagonal: within 8 % of
+/// the straight line.
+pub(crate) struct Territory {
+    pub(crate) owner: Vec<i32>,
+    pub(crate) steps: Vec<u32>,
+}
+
+const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+const EIGHT: [(isize, isize); 8] =
+    [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
+
+impl Territory {
+    /// Grows every labelled object by up to `reach` steps; where two meet, each keeps what it
+    /// came to first, and the lower label wins a tie.
+    pub(crate) fn grow(grid: &Grid, labels: &[i32], reach: u32) -> Self {
+        let mut owner = labels.to_vec();
+        let mut steps: Vec<u32> =
+            labels.iter().map(|&l| if l < 0 { u32::MAX } else { 0 }).collect();
+        let mut front: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] >= 0).collect();
+        front.sort_by_key(|&cell| labels[cell]);
+        for step in 1..=reach {
+            let around: &[(isize, isize)] = if step % 2 == 1 { &FOUR } else { &EIGHT };
+            let mut next = Vec::new();
+            for &cell in &front {
+                for &(dx, dy) in around {
+                    let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
+                    if owner[n] == NOBODY {
+                        owner[n] = owner[cell];
+                        steps[n] = step;
+                        next.push(n);
+                    }
+                }
+            }
+            front = if step % 2 == 1 { front.into_iter().chain(next).collect() } else { next };
+        }
+        Self { owner, steps }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> Grid {
+        Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 41, rows: 41 }
+    }
+
+    #[test]
+    fn a_cell_grows_to_a_near_circle() {
+        let mut labels = vec![NOBODY; grid().len()];
+        labels[20 * 41 + 20] = 0;
+        let territory = Territory::grow(&grid(), &labels, 16);
+        for (cell, &steps) in territory.steps.iter().enumerate().filter(|(_, s)| **s <= 16) {
+            let [x, y] = grid().center(cell);
+            let distance = (x - 20.5).hypot(y - 20.5);
+            assert!(
+                (f64::from(steps) - distance).abs() <= 0.1 * distance + 1.0,
+                "{steps} {distance}"
+            );
+        }
+    }
+
+    #[test]
+    fn two_objects_meet_halfway() {
+        let mut labels = vec![NOBODY; grid().len()];
+        labels[20 * 41 + 10] = 1;
+        labels[20 * 41 + 30] = 0;
+        let territory = Territory::grow(&grid(), &labels, 30);
+        assert_eq!(territory.owner[20 * 41 + 19], 1);
+        assert_eq!(territory.owner[20 * 41 + 20], 0);
+        assert_eq!(territory.owner[20 * 41 + 21], 0);
+    }
+}

@@ -1,0 +1,220 @@
+//! The plane with the most support (paper, Algorithm 2, lines 2 and 3): RANSAC, then least squares.
+
+use nalgebra::Vector3;
+
+use crate::error::{Error, Result, positive};
+use crate::fixed::Fixed;
+use crate::moments::Moments;
+use crate::parallel::map_chunks;
+use crate::sample::{mix, sample};
+use crate::{Bounds, Point};
+
+/// Hypotheses are scored on this many points, drawn once: the score's standard error is under one
+/// per cent of the points, and the sample stays in the cache.
+const SCORED: usize = 4096;
+const BLOCK: usize = 256;
+const CHUNK: usize = 1 << 14;
+/// Rounds of refitting to all inliers; the set of inliers settles in two or three.
+const REFITS: usize = 8;
+
+/// A plane `normal · p = offset_m` and the points that made it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Unit normal; of its two signs the one given by the caller's axis, else z ≥ 0.
+    pub normal: Point,
+    /// Distance from the cloud's origin along the normal.
+    pub offset_m: f64,
+    /// Points within the threshold.
+    pub inliers: usize,
+    /// Root mean square distance of the inliers.
+    pub rms_m: f64,
+}
+
+impl Plane {
+    /// The signed distance of a point, positive on the normal's side.
+    #[must_use]
+    pub fn height(&self, p: &Point) -> f64 {
+        let [a, b, c] = self.normal;
+        a * p[0] + b * p[1] + c * p[2] - self.offset_m
+    }
+}
+
+/// The directions that a normal may have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// The axis; the fitted normal points to its side.
+    pub axis: Point,
+    /// The largest angle between normal and axis.
+    pub half_angle_rad: f64,
+}
+
+/// What [`fit_plane`] needs to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// A point this near to the plane supports it.
+    pub threshold_m: f64,
+    /// Planes through three random points that are tried.
+    pub hypotheses: u32,
+    /// Where given, only planes with such a normal are considered.
+    pub cone: Option<Cone>,
+    /// Seed of the random draws.
+    pub seed: u64,
+    /// Threads to use.
+    pub threads: usize,
+}
+
+/// Fits the plane that most points support.
+///
+/// Hypotheses through three random points are scored by MSAC (the sum of squared distances, each
+/// capped at the threshold) on a fixed random sample; the best is refitted to all points within
+/// the threshold until the fit settles. The same points give the same bits in any order.
+///
+/// # Errors
+///
+/// Fewer than three points, all points on one line, no plane inside the cone, or a setting outside
+/// its range.
+pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
+    positive("threshold_m", settings.threshold_m)?;
+    if points.len() < 3 {
+        return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
+    }
+    let drawn = sample(points, SCORED, settings.seed);
+    let mut plane = best_hypothesis(&drawn, settings)?;
+    let fixed =
+        Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), points.len());
+    for _ in 0..REFITS {
+        let Some(next) = refit(points, &plane, fixed, settings) else { break };
+        let settled = next.inliers == plane.inliers;
+        plane = next;
+        if settled {
+            break;
+        }
+    }
+    Ok(plane)
+}
+
+fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
+    let mut best: Option<(f64, Plane)> = None;
+    for i in 0..settings.hypotheses {
+        let Some(plane) = hypothesis(drawn, settings, u64::from(i)) else { continue };
+        let bound = best.map_or(f64::INFINITY, |(cost, _)| cost);
+        let cost = msac(drawn, &plane, settings.threshold_m, bound);
+        if cost < bound {
+            best = Some((cost, plane));
+        }
+    }
+    let reason = if settings.cone.is_some() {
+        "no plane within the admissible tilt goes through the points"
+    } else {
+        "all points lie on one line: a plane needs points off it"
+    };
+    best.map(|(_, plane)| plane).ok_or(Error::Degenerate(reason))
+}
+
+/// The plane through three points drawn for hypothesis `i`; `None` where they are (nearly) on one
+/// line or the plane is not admissible.
+fn hypothesis(drawn: &[Point], settings: &Settings, i: u64) -> Option<Plane> {
+    let draw = |k: u64| {
+        #[allow(clippy::cast_possible_truncation)] // the remainder is an index
+        let index = (mix(settings.seed ^ mix(3 * i + k)) % drawn.len() as u64) as usize;
+        Vector3::from(drawn[index])
+    };
+    let (a, b, c) = (draw(0), draw(1), draw(2));
+    let (ab, ac) = (b - a, c - a);
+    let cross = ab.cross(&ac);
+    let slim = 0.05 * ab.norm() * ac.norm();
+    if cross.norm() <= slim.max(f64::MIN_POSITIVE) {
+        return None;
+    }
+    oriented(cross.normalize(), &a, settings.cone).map(|(normal, offset_m)| Plane {
+        normal,
+        offset_m,
+        inliers: 0,
+        rms_m: f64::NAN,
+    })
+}
+
+/// The normal with its sign decided, and the offset of the plane through `on`.
+fn oriented(normal: Vector3<f64>, on: &Vector3<f64>, cone: Option<Cone>) -> Option<(Point, f64)> {
+    let axis = cone.map_or(Vector3::z(), |c| Vector3::from(c.axis).normalize());
+    let along = normal.dot(&axis);
+    if cone.is_some_and(|c| along.abs() < c.half_angle_rad.cos()) {
+        return None;
+    }
+    let normal = if along < 0.0 { -normal } else { normal };
+    Some((normal.into(), normal.dot(on)))
+}
+
+/// The sum of squared distances, each at most the squared threshold; given up above `bound`.
+fn msac(drawn: &[Point], plane: &Plane, threshold_m: f64, bound: f64) -> f64 {
+    let most = threshold_m * threshold_m;
+    let mut cost = 0.0;
+    for block in drawn.chunks(BLOCK) {
+        cost += block.iter().map(|p| plane.height(p)).map(|d| (d * d).min(most)).sum::<f64>();
+        if cost >= bound {
+            break;
+        }
+    }
+    cost
+}
+
+/// The least-squares plane of all points near `plane`; `None` where the fit leaves the cone.
+fn refit(points: &[Point], plane: &Plane, fixed: Fixed, settings: &Settings) -> Option<Plane> {
+    let near = |p: &&Point| plane.height(p).abs() <= settings.threshold_m;
+    let parts = map_chunks(points.len(), CHUNK, settings.threads, |range| {
+        Moments::of(points[range].iter().filter(near), fixed)
+    });
+    let moments = parts.iter().fold(Moments::default(), Moments::merge);
+    let (normal, variance) = moments.flattest(fixed)?;
+    let (normal, offset_m) = oriented(normal, &moments.mean(fixed), settings.cone)?;
+    Some(Plane { normal, offset_m, inliers: moments.count() as usize, rms_m: variance.sqrt() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings() -> Settings {
+        Settings { threshold_m: 0.01, hypotheses: 500, cone: None, seed: 1, threads: 1 }
+    }
+
+    fn floor_and_wall() -> Vec<Point> {
+        let noise = |i: u64| (mix(i) % 1000) as f64 * 1e-5 - 0.005;
+        let floor =
+            (0..2000u64).map(|i| [(i % 50) as f64 * 0.02, (i / 50) as f64 * 0.02, noise(i)]);
+        let wall = (0..4000u64).map(|i| [noise(i), (i % 50) as f64 * 0.02, (i / 50) as f64 * 0.02]);
+        floor.chain(wall).collect()
+    }
+
+    #[test]
+    fn the_plane_with_most_support_is_found_and_a_cone_selects_another() {
+        let points = floor_and_wall();
+        let wall = fit_plane(&points, &settings()).unwrap();
+        assert!(wall.normal[0].abs() > 0.9999, "{wall:?}");
+        let cone = Some(Cone { axis: [0.0, 0.0, -1.0], half_angle_rad: 0.3 });
+        let floor = fit_plane(&points, &Settings { cone, ..settings() }).unwrap();
+        assert!(floor.normal[2] < -0.9999, "{floor:?}");
+        assert!(floor.inliers >= 2000 && floor.rms_m < 0.004);
+    }
+
+    #[test]
+    fn order_and_threads_change_no_bit() {
+        let points = floor_and_wall();
+        let mut shuffled = points.clone();
+        shuffled.reverse();
+        shuffled.swap(17, 4711);
+        let plane = fit_plane(&points, &settings()).unwrap();
+        assert_eq!(plane, fit_plane(&shuffled, &settings()).unwrap());
+        assert_eq!(plane, fit_plane(&points, &Settings { threads: 3, ..settings() }).unwrap());
+    }
+
+    #[test]
+    fn clouds_without_a_plane_are_refused() {
+        let line: Vec<Point> = (0..50).map(|i| [f64::from(i), f64::from(i), 0.0]).collect();
+        assert!(matches!(fit_plane(&line, &settings()), Err(Error::Degenerate(_))));
+        assert!(matches!(fit_plane(&[[1.0; 3]; 40], &settings()), Err(Error::Degenerate(_))));
+        assert!(matches!(fit_plane(&line[..2], &settings()), Err(Error::TooFewPoints { .. })));
+        let wrong = Settings { threshold_m: f64::NAN, ..settings() };
+        assert!(matches!(fit_plane(&line, &wrong), Err(Error::Setting { .. })));
+    }
+}

@@ -1,0 +1,175 @@
+//! Posture correction (paper, Algorithm 2, lines 4 to 6): the ground's normal is turned onto +z.
+
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+
+use crate::error::{Error, Result};
+use crate::parallel::fill_chunks;
+use crate::{Bounds, Point};
+
+const CHUNK: usize = 1 << 14;
+/// Sine of an angle to the z axis below which there is no turn to make.
+const PARALLEL: f64 = 1e-14;
+
+/// A rotation as its three rows; `rotation · p` for a column vector.
+pub type Rotation = [[f64; 3]; 3];
+
+/// The rotation that takes `normal` onto +z by the shortest way (Rodrigues' formula).
+///
+/// The axis is the unit vector along `normal × z`, not z itself as the paper's formula prints.
+/// A normal along z needs no turn; one along -z has no shortest way and is turned about x.
+///
+/// # Errors
+///
+/// A normal of length zero or with non-finite components.
+pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
+    let unit = Unit::try_new(Vector3::from(normal), f64::MIN_POSITIVE)
+        .filter(|unit| unit.iter().all(|v| v.is_finite()))
+        .ok_or(Error::Degenerate("a normal needs finite components that are not all zero"))?;
+    let across = unit.cross(&Vector3::z());
+    let rotation = match Unit::try_new(across, PARALLEL) {
+        Some(axis) => Rotation3::from_axis_angle(&axis, across.norm().atan2(unit.z)),
+        None if unit.z > 0.0 => Rotation3::identity(),
+        None => Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI),
+    };
+    Ok(rows(rotation.matrix()))
+}
+
+/// The rotation about z that lays the longer side of the points' smallest enclosing rectangle
+/// along x.
+///
+/// Any grid may lie at any angle; this one turns with the scan, so a turned scan gets the same
+/// cells and the same volume.
+#[must_use]
+pub fn align_to_rectangle(points: &[Point]) -> Rotation {
+    let hull = convex_hull(points);
+    let edges = hull.iter().zip(hull.iter().cycle().skip(1));
+    let boxes = edges.map(|(a, b)| enclosing(&hull, (b[1] - a[1]).atan2(b[0] - a[0])));
+    let smallest = boxes.min_by(|a, b| a.area.total_cmp(&b.area));
+    let angle = smallest.map_or(0.0, |r| r.angle_rad);
+    rows(Rotation3::from_axis_angle(&Vector3::z_axis(), -angle).matrix())
+}
+
+/// `rotation · p` for each point.
+#[must_use]
+pub fn rotate(points: &[Point], rotation: &Rotation, threads: usize) -> Vec<Point> {
+    let mut out = points.to_vec();
+    let dot = |row: &[f64; 3], p: &Point| row[0] * p[0] + row[1] * p[1] + row[2] * p[2];
+    fill_chunks(&mut out, CHUNK, threads, |_, piece| {
+        piece.iter_mut().for_each(|p| *p = std::array::from_fn(|k| dot(&rotation[k], p)));
+    });
+    out
+}
+
+struct Rectangle {
+    area: f64,
+    angle_rad: f64,
+}
+
+fn enclosing(hull: &[[f64; 2]], angle_rad: f64) -> Rectangle {
+    let (sin, cos) = angle_rad.sin_cos();
+    let turned = hull.iter().map(|p| [cos * p[0] + sin * p[1], cos * p[1] - sin * p[0], 0.0]);
+    let [width, depth, _] = Bounds::of(turned).map_or([0.0; 3], |b| b.extent());
+    let upright = if depth > width { std::f64::consts::FRAC_PI_2 } else { 0.0 };
+    Rectangle { area: width * depth, angle_rad: angle_rad + upright }
+}
+
+/// The convex hull in plan, counter-clockwise (Andrew's monotone chain).
+fn convex_hull(points: &[Point]) -> Vec<[f64; 2]> {
+    let mut plan = outer(points);
+    plan.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    plan.dedup();
+    let mut hull = chain(plan.iter());
+    hull.extend(chain(plan.iter().rev()));
+    hull
+}
+
+/// Half of the hull, without its last point.
+fn chain<'a>(plan: impl Iterator<Item = &'a [f64; 2]>) -> Vec<[f64; 2]> {
+    let mut half: Vec<[f64; 2]> = Vec::new();
+    for &p in plan {
+        while half.len() > 1 && !turns_left(half[half.len() - 2], half[half.len() - 1], p) {
+            half.pop();
+        }
+        half.push(p);
+    }
+    half.pop();
+    half
+}
+
+fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
+}
+
+/// The points that can be on the hull: none inside the octagon of the outermost points is.
+fn outer(points: &[Point]) -> Vec<[f64; 2]> {
+    let turn = |k: u32| (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
+    let along = |p: &Point, (sin, cos): (f64, f64)| cos * p[0] + sin * p[1];
+    let farthest =
+        |k: u32| points.iter().max_by(|a, b| along(a, turn(k)).total_cmp(&along(b, turn(k))));
+    let corners: Vec<[f64; 2]> = (0..8).filter_map(farthest).map(|p| [p[0], p[1]]).collect();
+    let inside = |p: [f64; 2]| {
+        corners.iter().zip(corners.iter().cycle().skip(1)).all(|(&a, &b)| turns_left(a, b, p))
+    };
+    points.iter().map(|p| [p[0], p[1]]).filter(|&p| !inside(p)).collect()
+}
+
+fn rows(matrix: &Matrix3<f64>) -> Rotation {
+    std::array::from_fn(|r| std::array::from_fn(|c| matrix[(r, c)]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: Point, b: Point) -> bool {
+        a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-12)
+    }
+
+    #[test]
+    fn a_normal_is_taken_onto_z_without_bending_space() {
+        let along = [
+            [0.0, 0.0, 2.0],
+            [0.0, 0.0, -1.0],
+            [1.0, 0.0, 0.0],
+            [0.3, -0.4, 0.1],
+            [1e-9, 0.0, -1.0],
+        ];
+        for normal in along {
+            let rotation = rotation_to_z(normal).unwrap();
+            let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
+            assert!(near(rotate(&[normal], &rotation, 1)[0], [0.0, 0.0, length]), "{normal:?}");
+            let matrix = Matrix3::from_fn(|r, c| rotation[r][c]);
+            assert!((matrix.determinant() - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn no_direction_is_refused() {
+        assert!(rotation_to_z([0.0; 3]).is_err());
+        assert!(rotation_to_z([f64::NAN, 0.0, 1.0]).is_err());
+    }
+
+    #[test]
+    fn a_turned_rectangle_is_laid_along_x() {
+        let grid: Vec<Point> =
+            (0..600).map(|i| [f64::from(i % 30), f64::from(i / 30), 1.0]).collect();
+        for angle in [0.0, 0.4, 1.5, 3.0] {
+            let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+            let laid = rotate(
+                &rotate(&grid, &rows(turn.matrix()), 1),
+                &align_to_rectangle(&rotate(&grid, &rows(turn.matrix()), 1)),
+                1,
+            );
+            let [width, depth, _] = Bounds::of(laid).unwrap().extent();
+            assert!((width - 29.0).abs() < 1e-9 && (depth - 19.0).abs() < 1e-9, "{angle}");
+        }
+    }
+
+    #[test]
+    fn points_on_a_line_or_none_are_no_trap() {
+        let line: Vec<Point> = (0..9).map(|i| [f64::from(i), f64::from(i), 0.0]).collect();
+        let extent = Bounds::of(rotate(&line, &align_to_rectangle(&line), 1)).unwrap().extent();
+        assert!(extent[1] < 1e-12 && extent[0] > 11.0);
+        assert_eq!(align_to_rectangle(&[]), align_to_rectangle(&[[3.0; 3]]));
+    }
+}

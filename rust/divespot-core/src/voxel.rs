@@ -1,0 +1,198 @@
+//! Voxel downsampling: one point, the mean, a voxel.
+
+use crate::error::positive;
+use crate::fixed::Fixed;
+use crate::order::{Keyed, sort_by_key};
+use crate::parallel::{fill_chunks, map_chunks};
+use crate::{Bounds, Error, Point, Result, thread_count};
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 4096;
+
+/// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
+///
+/// Measured values often come on a grid of their own whose step divides the cell. Beginning at
+/// the lowest one, all of them would lie on faces of cells, and rounding would deal them out.
+/// No number stays as far from all fractions with small denominators as this one.
+pub(crate) const ANCHOR: f64 = 0.381_966_011_250_105_1;
+
+/// More cells along an axis than these are not told apart by an `f64`.
+const MOST_CELLS: f64 = 4_503_599_627_370_496.0;
+
+/// The occupied voxels, sorted by z, then y, then x.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Voxels {
+    /// The mean of the points in each voxel.
+    pub means: Vec<Point>,
+    /// How many points each voxel holds.
+    pub counts: Vec<u32>,
+}
+
+/// The mean of the points in each occupied cube of edge `voxel_m` (paper, Pre-process 3).
+///
+/// The cubes start 0.38 of an edge below the points' lowest corner, so that the points of a
+/// regular grid whose step divides the edge do not lie on faces of cubes. Coordinates are added
+/// as integers, so the means do not depend on the order of the points; they are exact to
+/// `voxel_m` / 10⁹. `threads` = 0 takes every core that the process may use.
+///
+/// # Errors
+/// [`Error::Setting`] unless `voxel_m` is finite and above zero, [`Error::GridTooLarge`] where
+/// an axis has more voxels than an `f64` can tell apart.
+pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Result<Voxels> {
+    positive("voxel_m", voxel_m)?;
+    let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Voxels::default()) };
+    let threads = thread_count(threads);
+    let grid = Grid { origin: bounds.min, voxel_m };
+    let sorted = grid.sort(points, bounds.max, threads)?;
+    let voxels: Vec<&[Keyed]> = sorted.chunk_by(|a, b| a.key == b.key).collect();
+    let means = map_chunks(voxels.len(), CHUNK / 4, threads, |range| {
+        voxels[range].iter().map(|rows| grid.mean(points, rows)).collect::<Vec<Point>>()
+    });
+    let counts = voxels.iter().map(|rows| count(rows)).collect();
+    Ok(Voxels { means: means.into_iter().flatten().collect(), counts })
+}
+
+/// Rows in a voxel; their numbers are `u32`, so is the number of them.
+fn count(rows: &[Keyed]) -> u32 {
+    rows.len() as u32
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Grid {
+    origin: Point,
+    voxel_m: f64,
+}
+
+impl Grid {
+    /// The cell of `p`, as whole numbers.
+    fn cell(&self, p: &Point) -> Point {
+        std::array::from_fn(|k| ((p[k] - self.origin[k]) / self.voxel_m + ANCHOR).floor())
+    }
+
+    /// The rows with a key per voxel, sorted by z, y, x of their cells.
+    fn sort(&self, points: &[Point], max: Point, threads: usize) -> Result<Vec<Keyed>> {
+        let last = self.cell(&max);
+        let cells = last.iter().fold(0.0, |most, v| v.max(most)) + 1.0;
+        if cells > MOST_CELLS {
+            return Err(Error::GridTooLarge { name: "voxel_m", cells });
+        }
+        let bits = last.map(|v| u64::BITS - (v as u64).leading_zeros());
+        if bits.iter().sum::<u32>() > u64::BITS {
+            return Ok(self.sort_by_axis(points));
+        }
+        let pack = |[x, y, z]: Point| ((z as u64) << bits[1] | y as u64) << bits[0] | x as u64;
+        let mut keyed = vec![Keyed::default(); points.len()];
+        fill_chunks(&mut keyed, CHUNK, threads, |first, piece| {
+            for ((keyed, row), p) in piece.iter_mut().zip(first as u32..).zip(&points[first..]) {
+                *keyed = Keyed { key: pack(self.cell(p)), row };
+            }
+        });
+        Ok(sort_by_key(keyed))
+    }
+
+    /// The same where three cell numbers do not fit one key.
+    fn sort_by_axis(&self, points: &[Point]) -> Vec<Keyed> {
+        let cell = |row: u32| self.cell(&points[row as usize]);
+        let mut rows: Vec<Keyed> =
+            (0u32..).zip(points).map(|(row, _)| Keyed { key: 0, row }).collect();
+        for axis in 0..3 {
+            rows.iter_mut().for_each(|r| r.key = cell(r.row)[axis] as u64);
+            rows = sort_by_key(rows);
+        }
+        let mut voxel = 0;
+        let mut previous = None;
+        for r in &mut rows {
+            let own = Some(cell(r.row));
+            voxel += u64::from(own != previous);
+            previous = own;
+            r.key = voxel;
+        }
+        rows
+    }
+
+    /// The mean of the points in one voxel.
+    fn mean(&self, points: &[Point], rows: &[Keyed]) -> Point {
+        let fixed = Fixed::new(self.voxel_m, u32::MAX as usize);
+        let corner = self.cell(&points[rows[0].row as usize]).map(|c| c * self.voxel_m);
+        let mut sums = [0_i64; 3];
+        for row in rows {
+            let p = &points[row.row as usize];
+            for k in 0..3 {
+                sums[k] += fixed.encode(p[k] - self.origin[k] - corner[k]);
+            }
+        }
+        std::array::from_fn(|k| {
+            self.origin[k] + corner[k] + fixed.mean(sums[k].into(), count(rows))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::sample::mix;
+
+    fn cloud(count: u64, size: f64) -> Vec<Point> {
+        let coordinate = |n: u64| (mix(n) >> 11) as f64 / (1_u64 << 53) as f64 * size;
+        (0..count).map(|i| std::array::from_fn(|k| coordinate(3 * i + k as u64))).collect()
+    }
+
+    fn slow(points: &[Point], voxel: f64) -> (Vec<Point>, Vec<u32>) {
+        let origin = Bounds::of(points.iter().copied()).unwrap().min;
+        let mut voxels: BTreeMap<[u64; 3], Vec<Point>> = BTreeMap::new();
+        for p in points {
+            let cell = [2, 1, 0].map(|k| ((p[k] - origin[k]) / voxel + ANCHOR) as u64);
+            voxels.entry(cell).or_default().push(*p);
+        }
+        let mean = |v: &Vec<Point>| {
+            std::array::from_fn(|k| v.iter().map(|p| p[k]).sum::<f64>() / v.len() as f64)
+        };
+        voxels.values().map(|v| (mean(v), v.len() as u32)).unzip()
+    }
+
+    #[test]
+    fn means_and_counts_are_those_of_a_map() {
+        for (count, voxel) in [(1, 0.1), (5000, 0.11), (5000, 3.0), (500, 1e-6), (500, 1e-12)] {
+            let points = cloud(count, 1.0);
+            let (means, counts) = slow(&points, voxel);
+            let found = voxel_downsample(&points, voxel, 2).unwrap();
+            assert_eq!(found.counts, counts, "{voxel}");
+            for (a, b) in found.means.iter().flatten().zip(means.iter().flatten()) {
+                assert!((a - b).abs() <= 1e-9 * voxel + 1e-15, "{voxel}: {a} {b}");
+            }
+        }
+        assert_eq!(voxel_downsample(&[], 0.1, 1), Ok(Voxels::default()));
+    }
+
+    #[test]
+    fn order_and_threads_do_not_count() {
+        for voxel in [0.2, 1e-12] {
+            let mut points = cloud(20_000, 2.0);
+            let expected = voxel_downsample(&points, voxel, 1);
+            points.sort_by_key(|p| p[2].to_bits());
+            assert_eq!(voxel_downsample(&points, voxel, 3), expected);
+        }
+    }
+
+    #[test]
+    fn a_regular_grid_falls_evenly() {
+        for per_voxel in 1..=8_u32 {
+            let step = 0.1 / f64::from(per_voxel);
+            let points: Vec<Point> =
+                (0..per_voxel * 30).map(|i| [0.0, f64::from(i) * step, 0.7]).collect();
+            let counts = voxel_downsample(&points, 0.1, 1).unwrap().counts;
+            assert!(counts[1..counts.len() - 1].iter().all(|&c| c == per_voxel), "{counts:?}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_grid_is_refused() {
+        for voxel in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(matches!(voxel_downsample(&[], voxel, 1), Err(Error::Setting { .. })));
+        }
+        let far = [[0.0; 3], [1e9, 0.0, 0.0]];
+        assert!(matches!(voxel_downsample(&far, 1e-9, 1), Err(Error::GridTooLarge { .. })));
+    }
+}

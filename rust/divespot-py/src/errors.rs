@@ -1,0 +1,15 @@
+//! How the core's errors reach Python.
+
+use divespot_core::Error;
+use pyo3::PyErr;
+use pyo3::exceptions::PyKeyboardInterrupt;
+
+pyo3::import_exception!(divespot.errors, DivespotError);
+
+/// The Python exception for `error`.
+pub(crate) fn raise(error: Error) -> PyErr {
+    match error {
+        Error::Interrupted => PyKeyboardInterrupt::new_err(()),
+        other => DivespotError::new_err(other.to_string()),
+    }
+}

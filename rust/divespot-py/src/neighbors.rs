@@ -1,0 +1,21 @@
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+
+use crate::errors::raise;
+use crate::points::cloud;
+
+#[pyfunction]
+pub(crate) fn radius_outlier_mask<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    radius_m: f64,
+    min_neighbors: usize,
+    threads: usize,
+) -> PyResult<Bound<'py, PyArray1<bool>>> {
+    let (cloud, count) = cloud(points)?;
+    let mask = py.detach(|| {
+        divespot_core::radius_outlier_mask(&cloud.points, radius_m, min_neighbors, threads)
+            .map(|mask| cloud.spread(mask, false, count))
+    });
+    Ok(mask.map_err(raise)?.into_pyarray(py))
+}

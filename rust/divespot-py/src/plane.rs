@@ -1,0 +1,73 @@
+use divespot_core::Point;
+use divespot_core::plane::{self, Cone, Settings};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::raise;
+use crate::points::{cloud, rows};
+
+/// Normal, offset, inliers and their root mean square distance.
+pub(crate) type PlaneParts = (Point, f64, usize, f64);
+
+/// A plane of centred points, for points where they were.
+pub(crate) fn parts(plane: &plane::Plane, origin: Point) -> PlaneParts {
+    let shift: f64 = (0..3).map(|k| plane.normal[k] * origin[k]).sum();
+    (plane.normal, plane.offset_m + shift, plane.inliers, plane.rms_m)
+}
+
+#[pyfunction]
+pub(crate) fn fit_plane(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    threshold_m: f64,
+    hypotheses: u32,
+    cone: Option<(Point, f64)>,
+    seed: u64,
+    threads: usize,
+) -> PyResult<PlaneParts> {
+    let (cloud, _) = cloud(points)?;
+    let settings = settings(threshold_m, hypotheses, cone, seed, threads);
+    let fit = py.detach(|| plane::fit_plane(&cloud.points, &settings)).map_err(raise)?;
+    Ok(parts(&fit, cloud.origin))
+}
+
+pub(crate) fn settings(
+    threshold_m: f64,
+    hypotheses: u32,
+    cone: Option<(Point, f64)>,
+    seed: u64,
+    threads: usize,
+) -> Settings {
+    let cone = cone.map(|(axis, half_angle_rad)| Cone { axis, half_angle_rad });
+    Settings { threshold_m, hypotheses, cone, seed, threads }
+}
+
+#[pyfunction]
+pub(crate) fn rotation_to_z(py: Python<'_>, normal: Point) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    matrix(py, divespot_core::pose::rotation_to_z(normal).map_err(raise)?)
+}
+
+#[pyfunction]
+pub(crate) fn align_to_rectangle<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (cloud, _) = cloud(points)?;
+    matrix(py, py.detach(|| divespot_core::pose::align_to_rectangle(&cloud.points)))
+}
+
+#[pyfunction]
+pub(crate) fn rotate<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    rotation: [[f64; 3]; 3],
+    threads: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (cloud, _) = cloud(points)?;
+    let turned = py.detach(|| divespot_core::pose::rotate(&cloud.points, &rotation, threads));
+    rows(py, turned)
+}
+
+fn matrix(py: Python<'_>, rows: [[f64; 3]; 3]) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    rows.concat().into_pyarray(py).reshape([3, 3])
+}

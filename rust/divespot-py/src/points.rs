@@ -1,0 +1,73 @@
+//! NumPy arrays in and out.
+
+use divespot_core::{Bounds, Cloud, Point};
+use numpy::ndarray::ArrayView2;
+use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::errors::DivespotError;
+
+/// Beyond this, coordinates near the origin would lose their micrometres.
+const LARGEST_EXTENT: f64 = 1e9;
+
+/// The finite points of an `(n, 3)` array and the number of its rows.
+///
+/// They are copied while attached to the interpreter: another thread may write to the array as
+/// soon as the kernel runs detached.
+pub(crate) fn cloud(points: &Bound<'_, PyAny>) -> PyResult<(Cloud, usize)> {
+    let (cloud, count) = if let Ok(array) = points.extract::<PyReadonlyArray2<'_, f64>>() {
+        copy(array.as_array())
+    } else if let Ok(array) = points.extract::<PyReadonlyArray2<'_, f32>>() {
+        copy(array.as_array())
+    } else {
+        None
+    }
+    .ok_or_else(|| wrong_array(points))?;
+    check_extent(&cloud)?;
+    Ok((cloud, count))
+}
+
+fn copy<T: Element + Copy + Into<f64>>(rows: ArrayView2<'_, T>) -> Option<(Cloud, usize)> {
+    let count = rows.nrows();
+    if rows.ncols() != 3 || u32::try_from(count).is_err() {
+        return None;
+    }
+    let cloud = match rows.as_slice().map(<[T]>::as_chunks::<3>) {
+        Some((flat, _)) => Cloud::new(count, |i| flat[i].map(Into::into)),
+        None => Cloud::new(count, |i| std::array::from_fn(|k| rows[[i, k]].into())),
+    };
+    Some((cloud, count))
+}
+
+fn wrong_array(points: &Bound<'_, PyAny>) -> PyErr {
+    let text = |name| points.getattr(name).and_then(|v| v.str()).map(|v| v.to_string());
+    match (text("shape"), text("dtype")) {
+        (Ok(shape), Ok(dtype)) => DivespotError::new_err(format!(
+            "points have shape {shape} and dtype {dtype}: shape (n, 3) with n below 2**32 and \
+             dtype float32 or float64 are needed"
+        )),
+        _ => DivespotError::new_err("points are no array: an (n, 3) array is needed"),
+    }
+}
+
+fn check_extent(cloud: &Cloud) -> PyResult<()> {
+    let extent = Bounds::of(cloud.points.iter().copied()).map_or(0.0, |b| b.largest());
+    if extent <= LARGEST_EXTENT {
+        return Ok(());
+    }
+    Err(DivespotError::new_err(format!(
+        "the points span {extent:.3e} m: at most {LARGEST_EXTENT:.0e} m is needed, crop them first"
+    )))
+}
+
+/// Points near `origin` at their own place again.
+pub(crate) fn restored(origin: Point, mut points: Vec<Point>) -> Vec<Point> {
+    points.iter_mut().for_each(|p| *p = std::array::from_fn(|k| p[k] + origin[k]));
+    points
+}
+
+/// Points as an `(n, 3)` array, without a copy.
+pub(crate) fn rows(py: Python<'_>, points: Vec<Point>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let count = points.len();
+    points.into_flattened().into_pyarray(py).reshape([count, 3])
+}
