@@ -2,7 +2,9 @@
 
 mod errors;
 mod ground;
+mod hdbscan;
 mod heightmap;
+mod interrupt;
 mod neighbors;
 mod piles;
 mod plane;
@@ -14,6 +16,8 @@ mod voxel;
 mod _native {
     #[pymodule_export]
     use crate::ground::{find_ground, survey};
+    #[pymodule_export]
+    use crate::hdbscan::hdbscan;
     #[pymodule_export]
     use crate::heightmap::{RawHeightMap, height_map, integrate};
     #[pymodule_export]
