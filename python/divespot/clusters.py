@@ -8,7 +8,6 @@ import numpy as np
 
 from divespot.clustering import hdbscan
 from divespot.errors import DivespotError
-from divespot.settings import given
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -16,8 +15,10 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
 
 
-def find_clusters(points: NDArray[np.float64], settings: Settings) -> NDArray[np.int32]:
-    """Return a label for each of the points, the largest cluster first, -1 for noise.
+def find_clusters(
+    points: NDArray[np.float64], link_m: float | None, settings: Settings
+) -> NDArray[np.int32]:
+    """Return a label for each of the points, the largest cluster 0, noise -1.
 
     What hangs together with gaps below `link_m` is one cluster, also where it is the only one:
     a scene with a single object is the normal case.
@@ -25,21 +26,23 @@ def find_clusters(points: NDArray[np.float64], settings: Settings) -> NDArray[np
     if len(points) < settings.min_cluster_size:
         return np.full(len(points), -1, dtype=np.int32)
     cluster = _package if settings.cluster_backend == "hdbscan" else _own
-    return cluster(points, settings).astype(np.int32)
+    return cluster(points, link_m or 0.0, settings).astype(np.int32)
 
 
-def _own(points: NDArray[np.float64], settings: Settings) -> NDArray[np.int64]:
+def _own(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
     return hdbscan(
         points,
         min_cluster_size=settings.min_cluster_size,
         min_samples=settings.min_samples,
-        cluster_selection_epsilon=given(settings.link_m),
+        cluster_selection_epsilon=link_m,
         allow_single_cluster=True,
         threads=settings.threads,
     )
 
 
-def _package(points: NDArray[np.float64], settings: Settings) -> NDArray[np.int64]:
+def _package(
+    points: NDArray[np.float64], link_m: float, settings: Settings
+) -> NDArray[np.int64]:
     """Cluster with the `hdbscan` package; clusters numbered by size."""
     try:
         from hdbscan import HDBSCAN  # noqa: PLC0415 - an extra
@@ -50,7 +53,7 @@ def _package(points: NDArray[np.float64], settings: Settings) -> NDArray[np.int6
     model = HDBSCAN(
         min_cluster_size=settings.min_cluster_size,
         min_samples=settings.min_samples,
-        cluster_selection_epsilon=given(settings.link_m),
+        cluster_selection_epsilon=link_m,
         allow_single_cluster=True,
         approx_min_span_tree=False,
         core_dist_n_jobs=settings.threads or -1,

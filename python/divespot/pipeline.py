@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from divespot import stages
+from divespot.filters import radius_filter, scene_cluster, voxels
+from divespot.grid import height_map
+from divespot.intake import crop, load
+from divespot.objects import describe, doubts, find_ground, find_objects, measure_objects
+from divespot.pose import find_pose, ground_in_scan
 from divespot.progress import Progress
-from divespot.report import Report, Total
-from divespot.settings import Settings
+from divespot.report import Level, Report, Total
+from divespot.settings import Settings, given
+from divespot.survey import take_survey
 
 if TYPE_CHECKING:
     import os
@@ -50,29 +56,29 @@ def measure(
         setting is unknown or out of range.
 
     """
-    s = settings if settings is not None else Settings()
-    s = stages.changed(s, changes)
+    s = Settings.of(changes) if settings is None else replace(settings, **changes)
     run = Progress(on_stage)
-    cloud = run("read", stages.read, source, s)
-    points = run("crop", stages.crop, cloud, s)
-    survey, s = run("survey", stages.survey, points, s)
-    points = run("radius filter", stages.radius_filter, points, s)
-    points = run("scene cluster", stages.scene_cluster, points, s, run.warn)
-    points = run("voxels", stages.voxels, points, s)
-    pose = run("pose", stages.find_pose, points, survey, s)
-    grid = run("height map", stages.level_map, points, pose, s)
-    ground, s = run("ground", stages.find_ground, grid, s)
-    labels = run("fine filter", stages.find_objects, grid, ground, s, run.warn)
-    objects = run("volume", stages.measure_objects, grid, labels, ground, s)
-    piles, others = stages.sorted_out(objects, cloud, pose, s)
+    cloud = run("read", load, source, s)
+    cloud = run("crop", crop, cloud, s)
+    scan, s = run("survey", take_survey, cloud.points, s)
+    points = run("radius filter", radius_filter, cloud.points, s)
+    points = run("scene cluster", scene_cluster, points, s, run.warn)
+    points = run("voxels", voxels, points, s)
+    pose = run("pose", find_pose, points, scan, s)
+    points = run("rotation", pose.level, points, s.threads)
+    grid = run("height map", height_map, points, given(s.cell_m))
+    ground, s = run("ground", find_ground, grid, s)
+    labels = run("fine filter", find_objects, grid, ground, s, run.warn)
+    objects = run("volume", measure_objects, grid, labels, ground, s)
+    piles, others = describe(objects, cloud, pose, s)
     return Report(
         source=cloud.source,
         piles=piles,
         other_objects=others,
         total=Total.of(piles),
-        ground=stages.ground_in_scan(pose, ground, points, cloud, s),
+        ground=ground_in_scan(pose, ground, cloud, len(points)),
         settings=s,
         timings_s=run.timings_s,
-        warnings=(*cloud.warnings, *run.warnings, *stages.doubts(piles, others, pose, points)),
-        level=stages.level(grid, objects, ground),
+        warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points))),
+        level=Level(grid, ground.height_m, {o.label: tuple(o.outline_m) for o in objects}),
     )

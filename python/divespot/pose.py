@@ -11,10 +11,13 @@ import numpy as np
 from divespot import _native
 from divespot.errors import DivespotError
 from divespot.plane import Plane, cone, rotation_to_z
+from divespot.report import Ground
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from divespot.intake import Cloud
+    from divespot.objects import GroundLevel
     from divespot.report import Position
     from divespot.settings import Settings
     from divespot.survey import Survey
@@ -98,6 +101,13 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
     upright = rotation_to_z(plane.normal)
     along = _native.align_to_rectangle(_native.rotate(points, upright.tolist(), settings.threads))
     return Pose(plane, along @ upright, _angle_deg(plane.normal, up or AXES["z"]))
+
+
+def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
+    """Describe the ground in the scan's own frame, in metres."""
+    normal = pose.plane.normal
+    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
+    return Ground(normal, offset, pose.tilt_deg, ground.noise_m, pose.plane.inliers / points)
 
 
 def _angle_deg(a: Position, b: Position) -> float:

@@ -109,12 +109,11 @@ class Ground:
 
 @dataclass(frozen=True)
 class Level:
-    """The levelled scene, for pictures: height map above the ground, and the histogram's ground."""
+    """The levelled scene, for pictures: its height map, ground and outlines in the level frame."""
 
     height_map: HeightMap
-    outlines_m: Mapping[int, tuple[Position, ...]]
-    heights_m: Any
     ground_m: float
+    outlines_m: Mapping[int, tuple[Position, ...]]
 
 
 @dataclass(frozen=True)

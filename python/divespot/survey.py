@@ -1,12 +1,18 @@
 """What a cloud says of itself; all default lengths follow from it."""
 
-from dataclasses import dataclass
+from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from divespot import _native
 from divespot._arguments import as_floats, whole
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    from divespot.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,12 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
 
     """
     return Survey(*_native.survey(as_floats("points", points), seed, whole("threads", threads)))
+
+
+def take_survey(points: NDArray[np.float64], settings: Settings) -> tuple[Survey, Settings]:
+    """Survey a cloud, and return the lengths that follow with it."""
+    found = survey(points, seed=settings.seed, threads=settings.threads)
+    return found, settings.resolved(found)
 
 
 def point_spacing(points: ArrayLike, *, seed: int = 0) -> float:
