@@ -2,6 +2,22 @@
 
 from divespot._native import __version__
 from divespot.errors import DivespotError
-from divespot.kernels import radius_outlier_mask, voxel_downsample
+from divespot.kernels import (
+    HeightHistogram,
+    ground_height,
+    height_histogram,
+    point_spacing,
+    radius_outlier_mask,
+    voxel_downsample,
+)
 
-__all__ = ["DivespotError", "__version__", "radius_outlier_mask", "voxel_downsample"]
+__all__ = [
+    "DivespotError",
+    "HeightHistogram",
+    "__version__",
+    "ground_height",
+    "height_histogram",
+    "point_spacing",
+    "radius_outlier_mask",
+    "voxel_downsample",
+]
