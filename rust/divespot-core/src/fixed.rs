@@ -23,8 +23,8 @@ impl Fixed {
     }
 
     #[allow(clippy::cast_precision_loss)] // a mean has no more than 53 bits to give
-    pub(crate) fn mean(self, sum: i128, count: u32) -> f64 {
-        sum as f64 / f64::from(count) / self.per_metre
+    pub(crate) fn mean(self, sum: impl Into<i128>, count: u32) -> f64 {
+        sum.into() as f64 / f64::from(count) / self.per_metre
     }
 
     /// A product of two encoded lengths, in square metres.
@@ -42,13 +42,13 @@ mod tests {
         let (largest, count) = (173.3, 1 << 22);
         let fixed = Fixed::new(largest, count);
         let sum = fixed.encode(largest).checked_mul(count as i64).unwrap();
-        assert!((fixed.mean(sum.into(), count as u32) - largest).abs() < 1e-9);
+        assert!((fixed.mean(sum, count as u32) - largest).abs() < 1e-9);
     }
 
     #[test]
     fn dyadic_values_are_exact_and_zero_is_no_trap() {
         let fixed = Fixed::new(8.0, 1000);
-        assert_eq!(fixed.mean((fixed.encode(0.375) + fixed.encode(-7.5)).into(), 2), -3.5625);
+        assert_eq!(fixed.mean(fixed.encode(0.375) + fixed.encode(-7.5), 2), -3.5625);
         assert_eq!(Fixed::new(0.0, 0).encode(0.0), 0);
     }
 }

@@ -118,9 +118,7 @@ impl Grid {
                 sums[k] += fixed.encode(p[k] - self.origin[k] - corner[k]);
             }
         }
-        std::array::from_fn(|k| {
-            self.origin[k] + corner[k] + fixed.mean(sums[k].into(), count(rows))
-        })
+        std::array::from_fn(|k| self.origin[k] + corner[k] + fixed.mean(sums[k], count(rows)))
     }
 }
 

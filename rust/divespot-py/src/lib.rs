@@ -1,8 +1,12 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
 mod errors;
+mod ground;
+mod heightmap;
 mod histogram;
 mod neighbors;
+mod piles;
+mod plane;
 mod points;
 mod spacing;
 mod voxel;
@@ -11,9 +15,17 @@ mod voxel;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::ground::{find_ground, survey};
+    #[pymodule_export]
+    use crate::heightmap::{RawHeightMap, height_map, integrate};
+    #[pymodule_export]
     use crate::histogram::{ground_height, height_histogram};
     #[pymodule_export]
     use crate::neighbors::radius_outlier_mask;
+    #[pymodule_export]
+    use crate::piles::{RawObject, measure_objects};
+    #[pymodule_export]
+    use crate::plane::{align_to_rectangle, fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
     use crate::spacing::point_spacing;
     #[pymodule_export]

@@ -4,7 +4,7 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
-use crate::points::{cloud, rows};
+use crate::points::{cloud, restored, rows};
 
 /// Normal, offset, inliers and their root mean square distance.
 pub(crate) type PlaneParts = (Point, f64, usize, f64);
@@ -64,8 +64,9 @@ pub(crate) fn rotate<'py>(
     threads: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (cloud, _) = cloud(points)?;
+    let origin = divespot_core::pose::rotate(&[cloud.origin], &rotation, 1)[0];
     let turned = py.detach(|| divespot_core::pose::rotate(&cloud.points, &rotation, threads));
-    rows(py, turned)
+    rows(py, restored(origin, turned))
 }
 
 fn matrix(py: Python<'_>, rows: [[f64; 3]; 3]) -> PyResult<Bound<'_, PyArray2<f64>>> {

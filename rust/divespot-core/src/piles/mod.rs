@@ -16,8 +16,8 @@ pub use budget::Budget;
 pub use shape::Reason;
 
 use crate::error::{Error, Result};
-use crate::heightmap::{HeightMap, Volume, integrate};
-use patch::{Patch, Reach, Zone, flood};
+use crate::heightmap::{Grid, Volume, integrate};
+use patch::{Patch, Reach, Scene, Zone, flood};
 use territory::Territory;
 
 /// How objects are measured.
@@ -67,19 +67,26 @@ const CUT_OFF: f64 = 0.1;
 
 /// Measures every object in a levelled height map.
 ///
-/// `labels` holds one value a cell: the object's number, or -1. Objects come by number.
+/// `heights_m` and `labels` hold one value a cell: the height, NaN where nothing was seen; the
+/// object's number, or -1. Objects come by number.
 ///
 /// # Errors
 ///
-/// A number of labels that is not the number of cells.
-pub fn measure(map: &HeightMap, labels: &[i32], settings: &Settings) -> Result<Vec<Object>> {
-    if labels.len() != map.heights_m.len() {
-        return Err(Error::Degenerate("one label for each cell of the height map is needed"));
+/// A number of heights or labels that is not the number of cells.
+pub fn measure(
+    grid: &Grid,
+    heights_m: &[f64],
+    labels: &[i32],
+    settings: &Settings,
+) -> Result<Vec<Object>> {
+    if labels.len() != grid.len() || heights_m.len() != grid.len() {
+        return Err(Error::Degenerate("one height and one label for each cell are needed"));
     }
     let reach = Reach { toe: settings.toe_cells, ring: settings.ring_cells };
-    let territory = Territory::grow(&map.grid, labels, reach.toe + reach.ring);
-    let beyond = flood(&map.grid, |cell| map.heights_m[cell].is_nan());
-    let patches = Patch::all(map, labels, &territory, &beyond, reach);
+    let territory = Territory::grow(grid, labels, reach.toe + reach.ring);
+    let beyond = flood(grid, |cell| heights_m[cell].is_nan());
+    let patches =
+        Patch::all(&Scene { grid, heights_m, beyond: &beyond }, labels, &territory, reach);
     Ok(patches.into_iter().map(|(label, patch)| object(label, &patch, settings)).collect())
 }
 
@@ -128,7 +135,7 @@ fn fill_gaps(patch: &Patch, above: &[f64]) -> Vec<f64> {
     while !gaps.is_empty() {
         let layer: Vec<(usize, f64)> = gaps
             .iter()
-            .filter_map(|&cell| Some((cell, mean_around(patch, &filled, cell)?)))
+            .filter_map(|&cell| Some((cell, mean_around(patch, &filled, cell, |_| true)?)))
             .collect();
         if layer.is_empty() {
             break;
@@ -139,18 +146,27 @@ fn fill_gaps(patch: &Patch, above: &[f64]) -> Vec<f64> {
     filled
 }
 
-/// The mean of the known heights around a cell.
-fn mean_around(patch: &Patch, heights: &[f64], cell: usize) -> Option<f64> {
-    let known = patch.around(cell, 1).map(|n| heights[n]).filter(|h| !h.is_nan());
+/// The mean of the known heights in and around a cell, among the cells that count.
+fn mean_around(
+    patch: &Patch,
+    heights: &[f64],
+    cell: usize,
+    counts: impl Fn(usize) -> bool,
+) -> Option<f64> {
+    let near = patch.around(cell, 1).filter(|&n| counts(n));
+    let known = near.map(|n| heights[n]).filter(|h| !h.is_nan());
     let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
     (count > 0.0).then(|| sum / count)
 }
 
 /// The cells that the object covers: its core, and the toe where it stands clear of the base.
 ///
-/// Clear is a third of the margin for the mean of nine cells, which has a third of their noise.
+/// Clear is a third of the margin, for the mean of the toe's cells around: of nine, it has a third
+/// of their noise.
 fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
-    let clear = |cell: usize| mean_around(patch, filled, cell).is_some_and(|h| h > margin_m / 3.0);
+    let toe = |cell: usize| patch.zones[cell] == Zone::Toe;
+    let clear =
+        |cell: usize| mean_around(patch, filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
     let covers = |cell: usize| match patch.zones[cell] {
         Zone::Core => true,
         Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),

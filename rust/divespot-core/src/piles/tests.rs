@@ -1,5 +1,5 @@
 use super::*;
-use crate::heightmap::height_map;
+use crate::heightmap::{HeightMap, height_map};
 
 const CELL: f64 = 0.0625;
 
@@ -28,7 +28,7 @@ const CONE_M3: f64 = std::f64::consts::PI * 1.44 * 0.6 / 3.0;
 fn cone_on(floor: impl Fn(f64, f64) -> f64) -> Object {
     let map = map(|x, y| cone(x, y) + floor(x, y));
     let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
-    measure(&map, &labels, &settings()).unwrap().remove(0)
+    measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap().remove(0)
 }
 
 use territory::NOBODY;
@@ -71,7 +71,7 @@ fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
             NOBODY
         }
     };
-    let objects = measure(&map, &labels(&map, label), &settings()).unwrap();
+    let objects = measure(&map.grid, &map.heights_m, &labels(&map, label), &settings()).unwrap();
     let reasons: Vec<_> = objects.iter().map(|o| o.reason).collect();
     assert_eq!(reasons, [None, Some(Reason::SteepSides), Some(Reason::Thin)]);
     assert!((objects[1].volume.net_m3() - 0.8).abs() < 1e-9);
@@ -83,14 +83,14 @@ fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
 fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
     let mut map = map(|x, y| cone(x, y) + 1.0);
     let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
-    let whole = measure(&map, &labels, &settings()).unwrap().remove(0);
+    let whole = measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap().remove(0);
     for cell in 0..map.grid.len() {
         let [x, y] = map.grid.center(cell);
         if (x - 4.5).hypot(y - 3.0) < 0.2 {
             map.heights_m[cell] = f64::NAN;
         }
     }
-    let holed = measure(&map, &labels, &settings()).unwrap().remove(0);
+    let holed = measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap().remove(0);
     assert!((holed.volume.net_m3() / whole.volume.net_m3() - 1.0).abs() < 0.01);
     assert!(holed.seen_fraction < 0.98 && holed.seen_fraction > 0.95);
     assert!(whole.budget.filled_m3 == 0.0 && holed.budget.filled_m3 > 0.0);
@@ -100,6 +100,10 @@ fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
 #[test]
 fn labels_must_match_the_map_and_may_name_nothing() {
     let map = map(|_, _| 0.0);
-    assert!(measure(&map, &[0; 3], &settings()).is_err());
-    assert!(measure(&map, &vec![NOBODY; map.grid.len()], &settings()).unwrap().is_empty());
+    assert!(measure(&map.grid, &map.heights_m, &[0; 3], &settings()).is_err());
+    assert!(
+        measure(&map.grid, &map.heights_m, &vec![NOBODY; map.grid.len()], &settings())
+            .unwrap()
+            .is_empty()
+    );
 }
