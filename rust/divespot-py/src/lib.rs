@@ -4,6 +4,7 @@ mod errors;
 mod ground;
 mod hdbscan;
 mod heightmap;
+mod histogram;
 mod interrupt;
 mod neighbors;
 mod piles;
@@ -21,6 +22,8 @@ mod _native {
     #[pymodule_export]
     use crate::heightmap::{RawHeightMap, height_map, integrate};
     #[pymodule_export]
+    use crate::histogram::{ground_height, height_histogram};
+    #[pymodule_export]
     use crate::neighbors::radius_outlier_mask;
     #[pymodule_export]
     use crate::piles::{RawObject, measure_objects};
@@ -30,6 +33,6 @@ mod _native {
     use crate::voxel::voxel_downsample;
 
     #[pymodule_export]
-    #[allow(non_upper_case_globals)]
+    #[allow(non_upper_case_globals)] // the name that Python knows
     const __version__: &str = env!("CARGO_PKG_VERSION");
 }
