@@ -177,6 +177,7 @@ def test_npy_shapes(tmp_path: Path, array: NDArray[Any]) -> None:
 def test_npz_names(tmp_path: Path) -> None:
     for arrays in (
         {"xyz": POINTS, "rgb": POINTS + 1},
+        {"points": POINTS, "pickled": np.array([{"a": 1}])},
         {"x": POINTS[:, 0], "y": POINTS[:, 1], "z": POINTS[:, 2], "time": POINTS[:, 0]},
     ):
         scan = read_bytes(tmp_path, "a.npz", npz(**arrays))

@@ -85,7 +85,7 @@ def _parse_header(data: bytes) -> _Header:
     end = _END.search(data, 0, _MAX_HEADER_BYTES)
     if end is None:
         raise DivespotError("the PLY header does not end in 'end_header': it is truncated")
-    lines = data[: end.start()].decode("utf-8", "replace").splitlines()
+    lines = data[: end.start()].decode("utf-8", "replace").strip().split("\n")
     order: str | None = None
     elements: list[_Element] = []
     for number, line in enumerate(lines[1:], 2):
