@@ -134,7 +134,7 @@ np.save(NPY_OBJECT, np.array([{"a": 1}, None]), allow_pickle=True)
         ("a.ply", ply_text("1 2 3\n4 5\n"), "line 9 has 2 fields where line 8 has 3"),
         ("a.ply", ply_text("1 2 3\n4 x 6\n"), "line 9 is '4 x 6': field 2 must be a number"),
         ("a.ply", ply_text("1 2 3 4\n4 5 6 7\n"), "line 8 has 4 values"),
-        ("a.ply", ply_text("1 1\n", "float x", "float y", "float z", "list int int q"), "list prop"),
+        ("a.ply", ply_text("1 1\n", "float x", "float y", "float z", "list int int q"), "list p"),
         ("a.ply", ply_text("", "complex x"), "PLY header line 4"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 2\n", "end_header"),
         ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "no 'vertex'"),

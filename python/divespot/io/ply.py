@@ -1,8 +1,8 @@
 """PLY (Stanford polygon format), ascii and both binaries.
 
-Read here and not by a library: plyfile is GPL, trimesh and meshio refuse or misread valid clouds
-(lists of mixed length, extra elements, 16-bit properties) and neither checks the header against
-the file before it allocates. What remains is a header of a few lines and one NumPy call.
+Read here and not by a library: plyfile is GPL; trimesh refuses a cloud whose faces differ in size,
+meshio one with 16-bit properties, further elements or, in ascii, any order but x, y, z. What
+remains is a header of a few lines and one NumPy call.
 """
 
 from __future__ import annotations
