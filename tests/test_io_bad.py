@@ -264,7 +264,7 @@ def test_cut_off_anywhere(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", ALL)
 @given(st.lists(st.tuples(st.integers(0, 1 << 16), st.integers(0, 255)), min_size=1, max_size=4))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_random_bytes_flipped(
     tmp_path_factory: pytest.TempPathFactory, name: str, flips: list[tuple[int, int]]
 ) -> None:
@@ -275,7 +275,7 @@ def test_random_bytes_flipped(
 
 
 @given(st.binary(max_size=200), st.sampled_from(sorted(ALL)), st.integers(0, 300))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_garbage_after_a_good_beginning(
     tmp_path_factory: pytest.TempPathFactory, tail: bytes, name: str, keep: int
 ) -> None:
