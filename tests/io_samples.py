@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import struct
 from io import BytesIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import laspy
 import lzf
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 # Exact in binary and in float32, except the last column of the last row.
 POINTS = np.array(
@@ -18,7 +21,7 @@ FINITE = POINTS[[0, 1, 3, 4]]
 
 
 def ply(
-    points: np.ndarray[Any, Any],
+    points: NDArray[Any],
     order: str = "<",
     kinds: tuple[str, str, str] = ("double",) * 3,
     names: str = "xyz",
@@ -35,7 +38,7 @@ def ply(
     return (head + "end_header\n").encode() + table.tobytes()
 
 
-def ply_ascii(points: np.ndarray[Any, Any]) -> bytes:
+def ply_ascii(points: NDArray[Any]) -> bytes:
     head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float z\n"
     head += "property float x\nproperty uchar red\nproperty float y\nelement face 1\n"
     head += "property list uchar int vertex_indices\nend_header\n"
@@ -43,7 +46,7 @@ def ply_ascii(points: np.ndarray[Any, Any]) -> bytes:
     return (head + rows + "3 0 1 2\n").encode()
 
 
-def ply_faces_first(points: np.ndarray[Any, Any], order: str = "<") -> bytes:
+def ply_faces_first(points: NDArray[Any], order: str = "<") -> bytes:
     label = "binary_little_endian" if order == "<" else "binary_big_endian"
     head = f"ply\nformat {label} 1.0\nelement face 2\nproperty list uchar int i\n"
     head += (
@@ -54,7 +57,7 @@ def ply_faces_first(points: np.ndarray[Any, Any], order: str = "<") -> bytes:
     return head.encode() + faces + bytes(4) + points.astype(order + "f8").tobytes()
 
 
-def pcd(points: np.ndarray[Any, Any], encoding: str, kind: str = "f4") -> bytes:
+def pcd(points: NDArray[Any], encoding: str, kind: str = "f4") -> bytes:
     size = int(kind[1])
     n = len(points)
     head = "# .PCD v0.7\nVERSION 0.7\nFIELDS label x y z normal\n"
@@ -69,12 +72,12 @@ def pcd(points: np.ndarray[Any, Any], encoding: str, kind: str = "f4") -> bytes:
         table["xyz"] = points
         return head.encode() + table.tobytes()
     raw = bytes(4 * n) + points.T.astype(f"<{kind}").tobytes() + bytes(12 * n)
-    packed = lzf.compress(raw)
+    packed: bytes = lzf.compress(raw)
     return head.encode() + struct.pack("<II", len(packed), len(raw)) + packed
 
 
 def las(
-    points: np.ndarray[Any, Any],
+    points: NDArray[Any],
     *,
     compress: bool = False,
     point_format: int = 0,
@@ -99,19 +102,19 @@ def las(
     return stream.getvalue()
 
 
-def npy(array: np.ndarray[Any, Any]) -> bytes:
+def npy(array: NDArray[Any]) -> bytes:
     stream = BytesIO()
     np.save(stream, array)
     return stream.getvalue()
 
 
-def npz(**arrays: np.ndarray[Any, Any]) -> bytes:
+def npz(**arrays: NDArray[Any]) -> bytes:
     stream = BytesIO()
     np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
     return stream.getvalue()
 
 
-def text(points: np.ndarray[Any, Any], separator: str = " ") -> bytes:
+def text(points: NDArray[Any], separator: str = " ") -> bytes:
     return "".join(separator.join(map(repr, row)) + "\n" for row in points.tolist()).encode()
 
 

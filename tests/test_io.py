@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import hypothesis.extra.numpy as hnp
 import numpy as np
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-UTM = np.array([[482310.123, 5456790.4567, 312.1], [482311.0, 5000000.1234, 312.2]])
+    from numpy.typing import NDArray
+
+UTM = np.array([[482310.123, 5456790.4567, 312.1], [482311.0, 5456791.1234, 312.2]])
 
 
 def read_bytes(folder: Path, name: str, data: bytes, unit: str = "auto") -> dio.Scan:
@@ -166,7 +168,7 @@ def test_text_with_other_names_takes_the_first_three_and_says_so(tmp_path: Path)
         np.arange(12.0).view([("x", "f8"), ("y", "f8"), ("z", "f8")]).reshape(2, 2),
     ],
 )
-def test_npy_shapes(tmp_path: Path, array: np.ndarray) -> None:  # type: ignore[type-arg]
+def test_npy_shapes(tmp_path: Path, array: NDArray[Any]) -> None:
     expected = np.arange(12.0).reshape(4, 3)
     np.testing.assert_array_equal(read_bytes(tmp_path, "a.npy", npy(array)).points, expected)
     np.testing.assert_array_equal(read_bytes(tmp_path, "a.npz", npz(any=array)).points, expected)
@@ -175,6 +177,7 @@ def test_npy_shapes(tmp_path: Path, array: np.ndarray) -> None:  # type: ignore[
 def test_npz_names(tmp_path: Path) -> None:
     for arrays in (
         {"xyz": POINTS, "rgb": POINTS + 1},
+        {"points": POINTS, "pickled": np.array([{"a": 1}])},
         {"x": POINTS[:, 0], "y": POINTS[:, 1], "z": POINTS[:, 2], "time": POINTS[:, 0]},
     ):
         scan = read_bytes(tmp_path, "a.npz", npz(**arrays))
@@ -294,7 +297,7 @@ def test_las_wkt_and_a_unit_we_do_not_know(tmp_path: Path) -> None:
     suffix=st.sampled_from([".ply", ".npy", ".xyz"]),
 )
 def test_what_is_written_is_read_back(
-    points: np.ndarray,  # type: ignore[type-arg]
+    points: NDArray[Any],
     suffix: str,
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
@@ -317,7 +320,7 @@ def test_las_is_written_to_a_tenth_of_a_millimetre_in_metres(tmp_path: Path, suf
     separator=st.sampled_from([" ", ",", ";", "\t"]),
 )
 def test_text_round_trip(
-    points: np.ndarray,  # type: ignore[type-arg]
+    points: NDArray[Any],
     separator: str,
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
@@ -339,23 +342,140 @@ def test_importing_the_package_loads_no_format_library() -> None:
 @pytest.mark.parametrize(
     ("name", "count", "zeros", "nans", "low", "high", "unit", "stated"),
     [
-        ("kinectv2_box_1.ply", 217088, 15081, 0, (-1.065, -0.977, 0), (1.229, 0.474, 1.8), "m", False),
-        ("livox_balls_100.ply", 39582, 0, 0, (-0.207, -0.105, -2.084), (0.195, 0.14, -1.894), "m", False),
-        ("livox_balls_25.ply", 27622, 0, 0, (-0.156, -0.065, -2.092), (0.244, 0.17, -2.015), "m", False),
-        ("livox_balls_50.ply", 51306, 0, 0, (-0.127, -0.095, -2.094), (0.276, 0.148, -1.954), "m", False),
-        ("livox_balls_75.ply", 42380, 0, 0, (-0.158, -0.105, -2.094), (0.241, 0.137, -1.914), "m", False),
-        ("livox_full_bin_with_zero_points.ply", 360270, 243517, 0, (-0.243, -0.178, -2.101), (0.237, 0.201, 0), "m", False),
+        (
+            "kinectv2_box_1.ply",
+            217088,
+            15081,
+            0,
+            (-1.065, -0.977, 0),
+            (1.229, 0.474, 1.8),
+            "m",
+            False,
+        ),
+        (
+            "livox_balls_100.ply",
+            39582,
+            0,
+            0,
+            (-0.207, -0.105, -2.084),
+            (0.195, 0.14, -1.894),
+            "m",
+            False,
+        ),
+        (
+            "livox_balls_25.ply",
+            27622,
+            0,
+            0,
+            (-0.156, -0.065, -2.092),
+            (0.244, 0.17, -2.015),
+            "m",
+            False,
+        ),
+        (
+            "livox_balls_50.ply",
+            51306,
+            0,
+            0,
+            (-0.127, -0.095, -2.094),
+            (0.276, 0.148, -1.954),
+            "m",
+            False,
+        ),
+        (
+            "livox_balls_75.ply",
+            42380,
+            0,
+            0,
+            (-0.158, -0.105, -2.094),
+            (0.241, 0.137, -1.914),
+            "m",
+            False,
+        ),
+        (
+            "livox_full_bin_with_zero_points.ply",
+            360270,
+            243517,
+            0,
+            (-0.243, -0.178, -2.101),
+            (0.237, 0.201, 0),
+            "m",
+            False,
+        ),
         ("unitree_package1.pcd", 7556, 0, 0, (-0.5, -2, 0.151), (1.998, 0.518, 1.5), "m", False),
-        ("unitree_package2.pcd", 4133, 0, 0, (0.473, -0.194, 0.916), (0.84, 0.366, 1.5), "m", False),
-        ("mosd_test0.pcd", 307200, 0, 118002, (-0.434, -0.306, 0.536), (0.554, 0.278, 1.21), "m", False),
-        ("uav_pile_id10_crop.npy", 4677, 0, 0, (98.247, 65.971, 592.716), (113.254, 84.163, 600.078), "m", False),
-        ("lone-star.laz", 518862, 0, 0, (515368.6, 4918340.36, 2322.895), (515401.045, 4918381.12, 2338.5775), "m", False),
-        ("lone-star.copc.laz", 518862, 0, 0, (515368.602, 4918340.36, 2322.896), (515401.043, 4918381.12, 2338.5775), "m", True),
-        ("autzen_trim.laz", 110000, 0, 0, (636001.76, 848935.2, 406.26), (637179.22, 849497.9, 520.51), "ft", True),
-        ("mvk-thin.las", 6280, 0, 0, (2045001.76, 1267501.19, 95.79), (2049993.92, 1272499.79, 228.73), "us-ft", True),
+        (
+            "unitree_package2.pcd",
+            4133,
+            0,
+            0,
+            (0.473, -0.194, 0.916),
+            (0.84, 0.366, 1.5),
+            "m",
+            False,
+        ),
+        (
+            "mosd_test0.pcd",
+            307200,
+            0,
+            118002,
+            (-0.434, -0.306, 0.536),
+            (0.554, 0.278, 1.21),
+            "m",
+            False,
+        ),
+        (
+            "uav_pile_id10_crop.npy",
+            4677,
+            0,
+            0,
+            (98.247, 65.971, 592.716),
+            (113.254, 84.163, 600.078),
+            "m",
+            False,
+        ),
+        (
+            "lone-star.laz",
+            518862,
+            0,
+            0,
+            (515368.6, 4918340.36, 2322.895),
+            (515401.045, 4918381.12, 2338.5775),
+            "m",
+            False,
+        ),
+        (
+            "lone-star.copc.laz",
+            518862,
+            0,
+            0,
+            (515368.602, 4918340.36, 2322.896),
+            (515401.043, 4918381.12, 2338.5775),
+            "m",
+            True,
+        ),
+        (
+            "autzen_trim.laz",
+            110000,
+            0,
+            0,
+            (636001.76, 848935.2, 406.26),
+            (637179.22, 849497.9, 520.51),
+            "ft",
+            True,
+        ),
+        (
+            "mvk-thin.las",
+            6280,
+            0,
+            0,
+            (2045001.76, 1267501.19, 95.79),
+            (2049993.92, 1272499.79, 228.73),
+            "us-ft",
+            True,
+        ),
     ],
-)  # fmt: skip
-def test_real_scans(
+)
+def test_real_scans(  # noqa: PLR0917  (a table)
     real_scan: Callable[[str], Path],
     name: str,
     count: int,

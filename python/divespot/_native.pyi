@@ -107,7 +107,7 @@ def measure_objects(
     cell_m: float,
     labels: NDArray[np.int32],
     toe_cells: int,
-    ring_cells: int,
+    ring_share: float,
     margin_m: float,
     ground: tuple[float, float, float],
     local: bool,

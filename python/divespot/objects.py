@@ -111,7 +111,7 @@ def measure_objects(
         grid.cell_m,
         labels,
         math.ceil(given(settings.toe_m) / grid.cell_m),
-        math.ceil(given(settings.ring_m) / grid.cell_m),
+        settings.ring_share,
         given(settings.margin_m),
         (ground.height_m, ground.noise_m, ground.noise_m),
         settings.base == "local",

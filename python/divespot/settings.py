@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from divespot.survey import Survey
 
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
-FLATTEST_REPOSE_DEG = 10.0
+FLATTEST_REPOSE_DEG = 15.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +59,7 @@ class Settings:
         "what an object stands on: the ground around it, or the histogram's peak", "local", "peak"
     )
     toe_m: float | None = length("width around an object that may hold its toe")
-    ring_m: float | None = length("width beyond the toe in which the local base is taken")
+    ring_share: float = positive("width of the ring of ground for the local base, by object size", 0.15)
     factor: float = positive("compensation factor of the volume (paper)", 1.0)
     density_kg_m3: float | None = positive("bulk density, for the mass")
     density_u_kg_m3: float = length("standard uncertainty of the density", 0.0)
@@ -124,7 +124,6 @@ class Settings:
         return self._completed(
             margin_m=margin,
             toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
-            ring_m=12.0 * cell,
         )
 
     def _completed(self, **derived: float) -> Settings:

@@ -52,9 +52,10 @@ def read(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
     try:
         return _read(file, unit)
     except DivespotError as err:
-        raise DivespotError(f"{file}: {err}") from None
+        # What a library says may take several lines.
+        raise DivespotError(f"{file}: {' '.join(str(err).split())}") from None
     except OSError as err:
-        raise DivespotError(f"{file}: cannot be read ({err.strerror})") from None
+        raise DivespotError(f"{file}: cannot be read ({err.strerror or err})") from None
     except MemoryError:
         raise DivespotError(f"{file}: too large for the memory there is") from None
 
@@ -81,7 +82,10 @@ def _read(file: Path, unit: str) -> Scan:
 
 
 def _bytes_of(file: Path) -> bytes:
-    mode = file.stat().st_mode
+    try:
+        mode = file.stat().st_mode
+    except ValueError as err:
+        raise DivespotError(f"is no path ({err})") from None
     if stat.S_ISDIR(mode):
         raise DivespotError("is a folder, need a file")
     # A pipe or device may never end.

@@ -53,7 +53,7 @@ def read_las(data: bytes) -> RawCloud:
     except BaseException as err:
         if not isinstance(err, Exception) and type(err).__name__ != "PanicException":
             raise
-        raise DivespotError(_CORRUPT.format(err)) from None
+        raise DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}")) from None
     return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text)
 
 
@@ -123,8 +123,10 @@ def _read_points(reader: laspy.LasReader) -> FloatArray:
     parts = [np.empty((0, 3))]
     for points in reader.chunk_iterator(batch):
         raw = stack([points.X, points.Y, points.Z])
-        raw *= header.scales
-        raw += header.offsets
+        # A corrupt scale may overflow to inf, which a later stage drops and counts.
+        with np.errstate(over="ignore", invalid="ignore"):
+            raw *= header.scales
+            raw += header.offsets
         parts.append(raw)
     xyz = np.concatenate(parts)
     if len(xyz) != header.point_count:

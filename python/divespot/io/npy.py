@@ -30,31 +30,14 @@ def read_npy(data: bytes) -> RawCloud:
 
 
 def read_npz(data: bytes) -> RawCloud:
-    """Read the array named points, xyz or arr_0, or else the only one; or arrays x, y, z."""
-    arrays = _load_members(data)
-    if all(axis in arrays for axis in "xyz"):
-        columns = [_real(arrays[axis]).ravel() for axis in "xyz"]
-        if len({len(column) for column in columns}) != 1:
-            raise DivespotError("its arrays x, y and z differ in size: need one size")
-        return RawCloud(stack(columns))
-    named = [arrays[key] for key in _POINTS_KEYS if key in arrays]
-    if not named and len(arrays) != 1:
-        raise DivespotError(
-            f"it holds the arrays {', '.join(arrays) or 'none'}: need one array, or one named "
-            f"{', '.join(_POINTS_KEYS)}, or x, y and z"
-        )
-    return RawCloud(_xyz(named[0] if named else next(iter(arrays.values()))))
+    """Read the array named points, xyz or arr_0, or else the only one; or arrays x, y, z.
 
-
-def _load_members(data: bytes) -> dict[str, NDArray[Any]]:
-    """Read all arrays of an NPZ file by name."""
+    Other arrays are not touched: they may well be pickled.
+    """
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
-            members = [m for m in archive.infolist() if m.filename.endswith(".npy")]
-            for member in members:
-                if member.file_size > member.compress_size * _DEFLATE_MAX_RATIO + 64:
-                    raise DivespotError(f"its member {member.filename!r} lies about its size")
-            return {m.filename[:-4]: _load(archive.read(m)) for m in members}
+            members = {m.filename[:-4]: m for m in archive.infolist() if _is_array(m)}
+            arrays = [_load(archive.read(members[name])) for name in _chosen(list(members))]
     # What zipfile raises on damaged archives; RuntimeError is an encrypted one.
     except (
         zipfile.BadZipFile,
@@ -62,10 +45,34 @@ def _load_members(data: bytes) -> dict[str, NDArray[Any]]:
         EOFError,
         OSError,
         RuntimeError,
-        NotImplementedError,
         ValueError,
     ) as err:
         raise DivespotError(f"not a readable NPZ file, truncated or corrupt ({err})") from None
+    if len(arrays) == 1:
+        return RawCloud(_xyz(arrays[0]))
+    columns = [_real(array).ravel() for array in arrays]
+    if len({len(column) for column in columns}) != 1:
+        raise DivespotError("its arrays x, y and z differ in size: need one size")
+    return RawCloud(stack(columns))
+
+
+def _is_array(member: zipfile.ZipInfo) -> bool:
+    if member.file_size > member.compress_size * _DEFLATE_MAX_RATIO + 64:
+        raise DivespotError(f"its member {member.filename!r} lies about its size: it is corrupt")
+    return member.filename.endswith(".npy")
+
+
+def _chosen(names: list[str]) -> list[str]:
+    """Return the one array that holds the points, or the three that do."""
+    if all(axis in names for axis in "xyz"):
+        return ["x", "y", "z"]
+    named = [key for key in _POINTS_KEYS if key in names]
+    if not named and len(names) != 1:
+        raise DivespotError(
+            f"it holds the arrays {', '.join(names) or 'none'}: need one array, or one named "
+            f"{', '.join(_POINTS_KEYS)}, or x, y and z"
+        )
+    return named[:1] or names
 
 
 def _load(data: bytes) -> NDArray[Any]:

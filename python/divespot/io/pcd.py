@@ -75,7 +75,7 @@ def _parse_header(data: bytes) -> _Header:
     end = _DATA_LINE.search(data, 0, _MAX_HEADER_BYTES)
     if end is None:
         raise DivespotError("the PCD header has no DATA line: it is truncated")
-    lines = data[: end.start()].decode("utf-8", "replace").splitlines()
+    lines = data[: end.start()].decode("utf-8", "replace").rstrip("\n").split("\n")
     entries = {words[0]: words[1:] for words in map(str.split, lines) if words}
     try:
         fields = _parse_fields(entries)

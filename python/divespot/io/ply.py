@@ -1,8 +1,8 @@
 """PLY (Stanford polygon format), ascii and both binaries.
 
-Read here and not by a library: plyfile is GPL, trimesh and meshio refuse or misread valid clouds
-(lists of mixed length, extra elements, 16-bit properties) and neither checks the header against
-the file before it allocates. What remains is a header of a few lines and one NumPy call.
+Read here and not by a library: plyfile is GPL; trimesh refuses a cloud whose faces differ in size,
+meshio one with 16-bit properties, further elements or, in ascii, any order but x, y, z. What
+remains is a header of a few lines and one NumPy call.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def _parse_header(data: bytes) -> _Header:
     end = _END.search(data, 0, _MAX_HEADER_BYTES)
     if end is None:
         raise DivespotError("the PLY header does not end in 'end_header': it is truncated")
-    lines = data[: end.start()].decode("utf-8", "replace").splitlines()
+    lines = data[: end.start()].decode("utf-8", "replace").strip().split("\n")
     order: str | None = None
     elements: list[_Element] = []
     for number, line in enumerate(lines[1:], 2):

@@ -24,7 +24,9 @@ def split_lines(data: bytes) -> list[str]:
     utf16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     text = data.decode("utf-16" if utf16 else "utf-8-sig", "replace")
     # str.splitlines also breaks at form feeds and the like, which would shift line numbers.
-    return text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
+    return (
+        text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
+    )
 
 
 def number_rows(lines: Sequence[str], first_number: int) -> tuple[list[str], list[int]]:

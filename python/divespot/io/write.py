@@ -68,8 +68,8 @@ def _write_npy(path: Path, xyz: NDArray[Any]) -> None:
 
 
 def _write_xyz(path: Path, xyz: NDArray[Any]) -> None:
-    # As many digits as it takes to read back the same number.
-    np.savetxt(path, xyz, fmt="%.9g" if xyz.dtype == np.float32 else "%.17g")
+    # As many digits as it takes to read back the same float64.
+    np.savetxt(path, xyz, fmt="%.17g")
 
 
 def _write_las(path: Path, xyz: NDArray[Any]) -> None:

@@ -68,7 +68,7 @@ pub(crate) fn measure_objects(
     cell_m: f64,
     labels: PyReadonlyArray1<'_, i32>,
     toe_cells: u32,
-    ring_cells: u32,
+    ring_share: f64,
     margin_m: f64,
     ground: (f64, f64, f64),
     local: bool,
@@ -79,7 +79,7 @@ pub(crate) fn measure_objects(
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground = Base::ground(ground.0, ground.1, ground.2);
     let base = (!local).then_some(ground);
-    let settings = Settings { toe_cells, ring_cells, margin_m, base, ground };
+    let settings = Settings { toe_cells, ring_share, margin_m, base, ground };
     let objects =
         py.detach(|| piles::measure(&grid, &heights, &labels, &settings)).map_err(raise)?;
     Ok(objects.into_iter().map(RawObject::from).collect())

@@ -25,8 +25,9 @@ use territory::Territory;
 pub struct Settings {
     /// Steps of one cell around the labelled cells that may hold the toe.
     pub toe_cells: u32,
-    /// Steps beyond the toe in which the ground is looked for.
-    pub ring_cells: u32,
+    /// Width of the ring of ground beyond the toe, as a share of the edge of a square as large as
+    /// the object.
+    pub ring_share: f64,
     /// Cells this high above their base are the object's beyond doubt.
     pub margin_m: f64,
     /// The base of every object; `None` for a plane through the ring around each.
@@ -82,11 +83,12 @@ pub fn measure(
     if labels.len() != grid.len() || heights_m.len() != grid.len() {
         return Err(Error::Degenerate("one height and one label for each cell are needed"));
     }
-    let reach = Reach { toe: settings.toe_cells, ring: settings.ring_cells };
-    let territory = Territory::grow(grid, labels, reach.toe + reach.ring);
+    let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
+    let farthest = reach.iter().map(|r| r.toe + r.ring).max().unwrap_or(0);
+    let territory = Territory::grow(grid, labels, farthest);
     let beyond = flood(grid, |cell| heights_m[cell].is_nan());
     let patches =
-        Patch::all(&Scene { grid, heights_m, beyond: &beyond }, labels, &territory, reach);
+        Patch::all(&Scene { grid, heights_m, beyond: &beyond }, labels, &territory, &reach);
     Ok(patches.into_iter().map(|(label, patch)| object(label, &patch, settings)).collect())
 }
 

@@ -35,11 +35,27 @@ pub(crate) struct Scene<'a> {
     pub(crate) beyond: &'a [bool],
 }
 
-/// How far the zones reach from the core, in steps.
+/// How far the zones reach from an object's core, in steps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reach {
     pub(crate) toe: u32,
     pub(crate) ring: u32,
+}
+
+/// A ring has at least this many steps.
+const FEWEST_STEPS: u32 = 3;
+
+impl Reach {
+    /// The reach of each object: its ring is a share of the edge of a square of its size.
+    pub(crate) fn each(labels: &[i32], toe: u32, ring_share: f64) -> Vec<Self> {
+        let mut cells: Vec<u32> = Vec::new();
+        for label in labels.iter().filter_map(|&l| usize::try_from(l).ok()) {
+            cells.resize(cells.len().max(label + 1), 0);
+            cells[label] += 1;
+        }
+        let ring = |&cells: &u32| (ring_share * f64::from(cells).sqrt()) as u32;
+        cells.iter().map(|n| Self { toe, ring: ring(n).max(FEWEST_STEPS) }).collect()
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -54,12 +70,14 @@ impl Patch {
         scene: &Scene<'_>,
         labels: &[i32],
         territory: &Territory,
-        reach: Reach,
+        reach: &[Reach],
     ) -> Vec<(i32, Self)> {
         let windows = windows(scene.grid, &territory.owner);
-        let labelled = (0i32..).zip(windows).filter_map(|(label, window)| Some((label, window?)));
+        let labelled = (0i32..)
+            .zip(windows.into_iter().zip(reach))
+            .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
         labelled
-            .map(|(label, window)| {
+            .map(|(label, window, reach)| {
                 let cells = window.cells(scene.grid);
                 let zones = zones(&cells, territory, reach, label);
                 let mut patch = Self::cut(scene, &cells, zones, window);
@@ -123,7 +141,8 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
         _ if territory.owner[cell] != label => Zone::Outside,
         0 => Zone::Core,
         steps if steps <= reach.toe => Zone::Toe,
-        _ => Zone::Ring,
+        steps if steps <= reach.toe + reach.ring => Zone::Ring,
+        _ => Zone::Outside,
     };
     cells.iter().map(zone).collect()
 }

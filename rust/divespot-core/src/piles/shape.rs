@@ -28,20 +28,20 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], noise_m: f64) -> Option<
 /// The share of the core's rim across which the height drops more than [`STEEP`].
 ///
 /// The drop is taken between the highest and the lowest of the nine cells around each cell of the
-/// rim, less what noise alone makes of it.
+/// rim, less what noise alone makes of it. A rim beyond which nothing was seen says nothing.
 fn steep_share(patch: &Patch, above: &[f64], noise_m: f64) -> f64 {
     let diagonal = 2.0 * std::f64::consts::SQRT_2 * patch.grid.cell_m;
-    let steep = |&cell: &usize| {
-        let seen = patch.around(cell, 1).map(|n| above[n]).filter(|h| !h.is_nan());
+    let drop = |cell: usize| {
+        let seen = patch.around(cell, 1).filter(|&n| !above[n].is_nan());
+        let outside = seen.clone().any(|n| patch.zones[n] != Zone::Core);
         let (low, high) = seen
+            .map(|n| above[n])
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (h.min(low), h.max(high)));
-        high - low > STEEP * diagonal + 4.0 * noise_m
+        outside.then_some(high - low)
     };
-    let rim: Vec<usize> = rim(patch).collect();
-    if rim.is_empty() {
-        return 0.0;
-    }
-    to_f64(rim.iter().filter(|cell| steep(cell)).count()) / to_f64(rim.len())
+    let drops: Vec<f64> = rim(patch).filter_map(drop).collect();
+    let steep = drops.iter().filter(|&&d| d > STEEP * diagonal + 4.0 * noise_m).count();
+    to_f64(steep) / to_f64(drops.len().max(1))
 }
 
 /// Core cells with a neighbour outside the core, or on the map's edge.

@@ -16,7 +16,7 @@ fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
 
 fn settings() -> Settings {
     let ground = Base::ground(0.0, 0.0, 0.0);
-    Settings { toe_cells: 4, ring_cells: 8, margin_m: 0.03, base: None, ground }
+    Settings { toe_cells: 4, ring_share: 0.2, margin_m: 0.03, base: None, ground }
 }
 
 fn cone(x: f64, y: f64) -> f64 {
