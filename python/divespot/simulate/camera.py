@@ -89,7 +89,7 @@ def foot_z_m(thing: Thing, frame: int, surface: Surface) -> float:
             x, y = ((a + b) / 2 for a, b in zip(thing.start_m, thing.end_m, strict=True))
         case _:
             x, y = thing.center_m
-    return float(surface.z(np.array([x]), np.array([y]))[0])
+    return surface.floor_z(x, y)
 
 
 def _facing(solid: Solid, origin: Array, directions: Array) -> NDArray[np.intp]:
