@@ -183,6 +183,15 @@ def test_the_far_flank_is_hidden_from_one_side() -> None:
     assert not np.any((column[:, 1] > 0.1 * foot_m) & (column[:, 1] < foot_m))
 
 
+def test_camera_sees_floor_to_its_edges() -> None:
+    # A floor that ended in sight would leave pixels without a return.
+    for name in ("shape-01", "shape-12", "shape-17", "three-piles"):
+        scene = replace(scene_named(name), fuse_voxel_m=0.0, things=())
+        quiet = replace(scene.camera, pixels=(30, 30), stray_share=0.0)
+        taken = scan(replace(scene, camera=quiet))
+        assert len(taken.points) == 900 * scene.camera.frames
+
+
 def test_things_are_met_in_closed_form() -> None:
     box = Box((0.3, 0.1), (0.2, 0.3, 0.25), 30.0)
     rod = Rod((-0.3, 0.2), 0.05, 0.4)
@@ -337,6 +346,7 @@ def test_a_dense_scan_from_above_rasterises_to_the_truth(seed: int) -> None:
             lambda: scan(replace(TINY, things=(Wall((-0.1, 0.2), (0.1, 0.2), leaned_on=True),))),
             "longer wall",
         ),
+        (lambda: scan(replace(TINY, camera=replace(QUIET, height_m=0.01))), "under the surface"),
         (lambda: scan(TINY, seed=-1), "seed is -1"),
         (lambda: scan(TINY, density=0.0), "density is 0.0"),
         (lambda: scan("shape-99"), "shape-01, .*, grain-2m"),
