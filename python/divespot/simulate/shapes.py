@@ -15,7 +15,7 @@ from divespot.simulate.surroundings import around
 Maker: TypeAlias = Callable[[np.random.Generator], Scene]
 
 STRIPS_M: Mapping[float, XY] = MappingProxyType(
-    {1.3: (1.3, 1.0), 2.6: (2.6, 1.0), 5.2: (2.48, 2.1)}
+    {1.3: (1.24, 1.05), 2.6: (2.48, 1.05), 5.2: (2.48, 2.1)}
 )
 """Length and width of the strip of each of the paper's areas in m2."""
 RAIL_CAMERAS: Mapping[float, Camera] = MappingProxyType(
