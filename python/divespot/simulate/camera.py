@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
 from divespot.simulate.pose import rotation
 from divespot.simulate.scene import Camera, Person, Scene, Thing, Wall
@@ -63,8 +64,16 @@ class View:
 
 
 def look(scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
-    """Find what each pixel of a frame sees first."""
+    """Find what each pixel of a frame sees first.
+
+    Raises
+    ------
+    DivespotError
+        If the lens lies under the surface.
+    """
     origin = lens(scene.camera, frame)
+    if origin[2] <= surface.z(origin[:1], origin[1:2])[0]:
+        raise DivespotError(f"the lens is at {origin}, under the surface; a higher one is needed")
     distance_m = meet_surface(surface, origin, directions)
     seen = np.isfinite(distance_m)
     label = np.full(len(directions), INVALID, dtype=np.int16)
@@ -89,7 +98,7 @@ def foot_z_m(thing: Thing, frame: int, surface: Surface) -> float:
             x, y = ((a + b) / 2 for a, b in zip(thing.start_m, thing.end_m, strict=True))
         case _:
             x, y = thing.center_m
-    return float(surface.z(np.array([x]), np.array([y]))[0])
+    return surface.floor_z(x, y)
 
 
 def _facing(solid: Solid, origin: Array, directions: Array) -> NDArray[np.intp]:

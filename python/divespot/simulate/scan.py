@@ -103,9 +103,9 @@ def scan(
     # Frames are fused in the scan's axes, to which the floor lies askew, but near the origin.
     points, labels = fuse(points @ pose[:3, :3].T, labels, scene.fuse_voxel_m)
     points, labels = _with_strays(
-        points, labels, scene.camera.stray_share, stream(seed, f"{scene.name} strays", repeat)
+        points @ pose[:3, :3], labels, scene, stream(seed, f"{scene.name} strays", repeat)
     )
-    points = (points + pose[:3, 3]) / scene.unit_m
+    points = (points @ pose[:3, :3].T + pose[:3, 3]) / scene.unit_m
     points, labels = _with_invalid(
         points, labels, scene, stream(seed, f"{scene.name} invalid", repeat)
     )
@@ -137,9 +137,10 @@ def fuse(points: Array, labels: Labels, voxel_m: float) -> tuple[Array, Labels]:
 
 
 def _with_strays(
-    points: Array, labels: Labels, share: float, rng: np.random.Generator
+    points: Array, labels: Labels, scene: Scene, rng: np.random.Generator
 ) -> tuple[Array, Labels]:
     """Add points anywhere in the box around the others, widened a little."""
+    share = scene.camera.stray_share
     count = round(len(points) * share / (1 - share))
     if not len(points):
         return points, labels

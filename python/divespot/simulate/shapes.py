@@ -15,7 +15,7 @@ from divespot.simulate.surroundings import around
 Maker: TypeAlias = Callable[[np.random.Generator], Scene]
 
 STRIPS_M: Mapping[float, XY] = MappingProxyType(
-    {1.3: (1.3, 1.0), 2.6: (2.6, 1.0), 5.2: (2.48, 2.1)}
+    {1.3: (1.24, 1.05), 2.6: (2.48, 1.05), 5.2: (2.48, 2.1)}
 )
 """Length and width of the strip of each of the paper's areas in m2."""
 RAIL_CAMERAS: Mapping[float, Camera] = MappingProxyType(
@@ -52,7 +52,7 @@ def corn(volume_m3: float, kind: int, rng: np.random.Generator, center_m: XY = (
 
 def small_floor(strip_m: XY) -> Floor:
     """Floor that reaches beyond what the camera sees from above a strip."""
-    return Floor(strip_m[0] + 2.4, max(3.2, strip_m[1] + 2.0))
+    return Floor(strip_m[0] + 1.6, max(2.4, strip_m[1] + 0.8))
 
 
 def shape(area_m2: float, volume_m3: float, kind: int, rng: np.random.Generator) -> Scene:

@@ -96,10 +96,16 @@ class Surface:
 
     def owner_at(self, x: Array, y: Array) -> NDArray[np.int16]:
         """Pile number of the nearest node, 0 for bare floor."""
+        return np.asarray(self.owner[self._nearest(x, y)], dtype=np.int16)
+
+    def floor_z(self, x: float, y: float) -> float:
+        """Height of the floor at the node nearest to a place, whatever lies on it."""
+        return float(self.ground_m[self._nearest(np.array(x), np.array(y))])
+
+    def _nearest(self, x: Array, y: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         column = np.rint((x - self.x[0]) / self.node_m).astype(np.intp)
         row = np.rint((y - self.y[0]) / self.node_m).astype(np.intp)
-        inside_row = np.clip(row, 0, self.y.size - 1)
-        return np.asarray(self.owner[inside_row, np.clip(column, 0, self.x.size - 1)], np.int16)
+        return np.clip(row, 0, self.y.size - 1), np.clip(column, 0, self.x.size - 1)
 
     @cached_property
     def steepest(self) -> float:

@@ -53,7 +53,7 @@ def _window(nodes: Array, pile: Pile, axis: int) -> slice:
     """Nodes within generous reach of a pile, so that a small pile on a large floor is cheap."""
     slope = math.tan(math.radians(pile.repose_deg))
     radius_m = (3 * pile.volume_m3 / (math.pi * slope)) ** (1 / 3)
-    reach_m = radius_m * (2.5 + pile.ridge + pile.spread)
+    reach_m = radius_m * (2.0 + 0.5 * (pile.ridge + pile.spread))
     middle = pile.center_m[axis]
     low, high = np.searchsorted(nodes, [middle - reach_m, middle + reach_m])
     if high - low < 3:
