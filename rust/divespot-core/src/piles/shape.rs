@@ -27,16 +27,16 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], noise_m: f64) -> Option<
 
 /// The share of the core's rim across which the height drops more than [`STEEP`].
 ///
-/// The drop is taken between the highest and the lowest of the nine cells around each cell of the
+/// The drop is taken between the highest and the lowest of the 25 cells around each cell of the
 /// rim, less what noise alone makes of it. A rim beyond which nothing was seen says nothing.
 fn steep_share(patch: &Patch, above: &[f64], noise_m: f64) -> f64 {
-    let diagonal = 2.0 * std::f64::consts::SQRT_2 * patch.grid.cell_m;
+    let diagonal = 4.0 * std::f64::consts::SQRT_2 * patch.grid.cell_m;
     let drop = |cell: usize| {
-        let seen = patch.around(cell, 1).filter(|&n| !above[n].is_nan());
-        let outside = seen.clone().any(|n| patch.zones[n] != Zone::Core);
-        let (low, high) = seen
-            .map(|n| above[n])
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (h.min(low), h.max(high)));
+        let (mut low, mut high, mut outside) = (f64::INFINITY, f64::NEG_INFINITY, false);
+        for n in patch.around(cell, 2).filter(|&n| !above[n].is_nan()) {
+            (low, high) = (low.min(above[n]), high.max(above[n]));
+            outside |= patch.zones[n] != Zone::Core;
+        }
         outside.then_some(high - low)
     };
     let drops: Vec<f64> = rim(patch).filter_map(drop).collect();
