@@ -12,6 +12,7 @@ mod parallel;
 pub mod cloud;
 pub mod ground;
 pub mod ground_peak;
+pub mod hdbscan;
 pub mod heightmap;
 pub mod histogram;
 pub mod neighbors;

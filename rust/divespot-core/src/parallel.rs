@@ -36,7 +36,7 @@ pub(crate) fn map_chunks<T: Send>(
         let mine: Vec<_> = std::iter::from_fn(take).map(|i| (i, job(range(i)))).collect();
         lock(&done).extend(mine);
     });
-    let mut done = done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut done = into_inner(done);
     done.sort_unstable_by_key(|&(i, _)| i);
     done.into_iter().map(|(_, result)| result).collect()
 }
@@ -48,11 +48,20 @@ pub(crate) fn fill_chunks<T: Send>(
     threads: usize,
     job: impl Fn(usize, &mut [T]) + Sync,
 ) {
-    let count = out.len().div_ceil(chunk);
-    let pieces = Mutex::new(out.chunks_mut(chunk).enumerate());
-    run(threads.min(count), || {
-        let take = || lock(&pieces).next();
-        std::iter::from_fn(take).for_each(|(i, piece)| job(i * chunk, piece));
+    share(out.chunks_mut(chunk).enumerate(), threads, |(i, piece)| job(i * chunk, piece));
+}
+
+/// Hands each of `items` to `job`, on whichever thread is free.
+pub(crate) fn share<T>(
+    items: impl ExactSizeIterator<Item = T> + Send,
+    threads: usize,
+    job: impl Fn(T) + Sync,
+) {
+    let threads = threads.min(items.len());
+    let items = Mutex::new(items);
+    run(threads, || {
+        let take = || lock(&items).next();
+        std::iter::from_fn(take).for_each(&job);
     });
 }
 
@@ -65,8 +74,12 @@ fn run(threads: usize, worker: impl Fn() + Sync) {
     });
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+pub(crate) fn into_inner<T>(mutex: Mutex<T>) -> T {
+    mutex.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 #[cfg(test)]

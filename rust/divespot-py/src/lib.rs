@@ -2,8 +2,10 @@
 
 mod errors;
 mod ground;
+mod hdbscan;
 mod heightmap;
 mod histogram;
+mod interrupt;
 mod neighbors;
 mod piles;
 mod plane;
@@ -16,6 +18,8 @@ mod voxel;
 mod _native {
     #[pymodule_export]
     use crate::ground::{find_ground, survey};
+    #[pymodule_export]
+    use crate::hdbscan::hdbscan;
     #[pymodule_export]
     use crate::heightmap::{RawHeightMap, height_map, integrate};
     #[pymodule_export]

@@ -1,0 +1,389 @@
+//! The minimum spanning tree of the mutual reachability graph, by Borůvka's rounds.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use crate::parallel::share;
+
+use super::forest::Forest;
+use super::knn::Neighbors;
+use super::stop;
+use super::tree::{LEAF, Node, Tree, Visitor, larger, smaller};
+
+/// Leaves handed to a thread at a time.
+const CHUNK: usize = 64;
+
+/// No neighbour, or more than one component.
+const NONE: u32 = u32::MAX;
+
+/// An edge of the spanning tree between two places of the tree order.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Edge {
+    /// Squared mutual reachability distance.
+    pub(super) weight: f32,
+    pub(super) a: u32,
+    pub(super) b: u32,
+}
+
+/// The `n - 1` edges of a minimum spanning tree, in no order.
+///
+/// Which of several edges of equal weight is taken may vary; the sorted weights do not.
+pub(super) fn spanning_tree(
+    tree: &Tree,
+    neighbors: Neighbors,
+    threads: usize,
+    cancel: &AtomicBool,
+) -> crate::Result<Vec<Edge>> {
+    let mut rounds = Rounds::new(tree, neighbors, threads, cancel);
+    rounds.join_nearest();
+    while rounds.live.len() > 1 {
+        rounds.relabel();
+        rounds.offer_neighbors();
+        rounds.search();
+        stop(cancel)?;
+        rounds.join_best();
+    }
+    Ok(rounds.edges)
+}
+
+/// What is known of a point's way out of its component.
+#[derive(Clone, Copy)]
+struct Exit {
+    /// No edge out of the component weighs less.
+    least: f32,
+    /// The weight of the edge to `to`.
+    weight: f32,
+    /// The best point outside that is known; `NONE` where there is none.
+    to: u32,
+    /// Entries of the list of neighbours that may still lie outside.
+    listed: u32,
+}
+
+struct Rounds<'a> {
+    tree: &'a Tree,
+    threads: usize,
+    cancel: &'a AtomicBool,
+    cores: Vec<[f32; LEAF]>,
+    lists: Vec<u32>,
+    width: usize,
+    /// Smallest core distance below each node.
+    node_cores: Vec<f32>,
+    /// The component of each place, as its root's place.
+    components: Vec<[u32; LEAF]>,
+    /// The component of all places below a node, or `NONE`.
+    node_components: Vec<u32>,
+    exits: Vec<Exit>,
+    /// For each root the lightest edge out: bits of the weight above the place it starts from.
+    best: Vec<AtomicU64>,
+    forest: Forest,
+    /// Roots of the components.
+    live: Vec<u32>,
+    /// The component that need not search: all others will join it.
+    largest: u32,
+    edges: Vec<Edge>,
+}
+
+impl<'a> Rounds<'a> {
+    fn new(tree: &'a Tree, neighbors: Neighbors, threads: usize, cancel: &'a AtomicBool) -> Self {
+        let count = tree.rows.len();
+        let Neighbors { cores, lists, width } = neighbors;
+        let exit =
+            |&core| Exit { least: core, weight: f32::INFINITY, to: NONE, listed: width as u32 };
+        let flat = cores.as_flattened();
+        Self {
+            threads,
+            cancel,
+            node_cores: up(tree, f32::INFINITY, |place| flat[place], smaller),
+            components: vec![[NONE; LEAF]; cores.len()],
+            node_components: vec![NONE; tree.nodes.len()],
+            exits: flat[..count].iter().map(exit).collect(),
+            best: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(),
+            forest: Forest::new(count),
+            live: (0..count as u32).collect(),
+            largest: NONE,
+            edges: Vec::with_capacity(count.saturating_sub(1)),
+            tree,
+            cores,
+            lists,
+            width,
+        }
+    }
+
+    /// Joins every point with a neighbour whose core distance is not larger: this edge weighs
+    /// as much as the point's own core distance, and none of its edges weighs less.
+    fn join_nearest(&mut self) {
+        let cores = self.cores.as_flattened();
+        for (place, list) in self.lists.chunks_exact(self.width).enumerate() {
+            let weight = cores[place];
+            let below = |&&other: &&u32| cores[other as usize] <= weight;
+            if let Some(&other) = list.iter().find(below) {
+                let edge = Edge { weight, a: place as u32, b: other };
+                self.edges.extend(self.forest.join(edge.a, edge.b).then_some(edge));
+            }
+        }
+        self.thin_out();
+    }
+
+    /// Adds the lightest edge out of every component that has searched.
+    fn join_best(&mut self) {
+        for &root in &self.live {
+            let best = self.best[root as usize].swap(u64::MAX, Ordering::Relaxed);
+            if let Some(exit) = self.exits.get(best as u32 as usize) {
+                let edge = Edge { weight: exit.weight, a: best as u32, b: exit.to };
+                self.edges.extend(self.forest.join(edge.a, edge.b).then_some(edge));
+            }
+        }
+        self.thin_out();
+    }
+
+    /// Keeps the roots that are left.
+    fn thin_out(&mut self) {
+        let forest = &self.forest;
+        self.live.retain(|&root| forest.is_root(root));
+        self.largest =
+            self.live.iter().copied().max_by_key(|&root| forest.size(root)).unwrap_or(NONE);
+    }
+
+    fn relabel(&mut self) {
+        let count = self.exits.len();
+        let components = self.components.as_flattened_mut();
+        for (place, component) in (0..).zip(&mut components[..count]) {
+            *component = self.forest.find(place);
+        }
+        let both = |a, b| if a == b { a } else { NONE };
+        self.node_components = up(self.tree, NONE, |place| components[place.min(count - 1)], both);
+    }
+
+    /// First pass of a round: neighbours found before that still lie outside.
+    fn offer_neighbors(&mut self) {
+        let Self { exits, lists, components, cores, best, .. } = self;
+        let (components, cores) = (components.as_flattened(), cores.as_flattened());
+        let (width, largest, cancel) = (self.width, self.largest, self.cancel);
+        let pieces = exits.chunks_mut(CHUNK * LEAF).zip(lists.chunks_mut(CHUNK * LEAF * width));
+        share(pieces.enumerate(), self.threads, |(chunk, (exits, lists))| {
+            if stop(cancel).is_err() {
+                return;
+            }
+            let places = chunk * CHUNK * LEAF..;
+            for (place, (exit, list)) in places.zip(exits.iter_mut().zip(lists.chunks_mut(width))) {
+                let own = components[place];
+                if own == largest {
+                    continue;
+                }
+                if exit.to == NONE || components[exit.to as usize] == own {
+                    *exit = exit.listed(list, own, cores[place], components, cores);
+                }
+                if exit.to != NONE {
+                    offer(&best[own as usize], exit.weight, place);
+                }
+            }
+        });
+    }
+
+    /// Second pass of a round: what no list tells, from the tree.
+    fn search(&mut self) {
+        let mut exits = std::mem::take(&mut self.exits);
+        let pieces = exits.chunks_mut(CHUNK * LEAF).enumerate();
+        share(pieces, self.threads, |(chunk, exits)| {
+            let leaves = (chunk * CHUNK..).zip(exits.chunks_mut(LEAF));
+            for (leaf, exits) in leaves.take_while(|_| stop(self.cancel).is_ok()) {
+                Search::run(self, leaf, exits);
+            }
+        });
+        self.exits = exits;
+    }
+
+    #[inline]
+    fn bound(&self, component: u32) -> f32 {
+        weight(self.best[component as usize].load(Ordering::Relaxed))
+    }
+}
+
+/// Values of places merged upwards to every node of the tree.
+fn up<T: Copy>(
+    tree: &Tree,
+    empty: T,
+    value: impl Fn(usize) -> T,
+    merge: impl Fn(T, T) -> T,
+) -> Vec<T> {
+    let mut out = vec![empty; tree.nodes.len()];
+    for own in (0..out.len()).rev() {
+        out[own] = match tree.nodes[own].children(own) {
+            Some((left, right)) => merge(out[left], out[right]),
+            None => {
+                let first = tree.nodes[own].first_leaf() * LEAF;
+                (first + 1..first + LEAF).fold(value(first), |all, i| merge(all, value(i)))
+            }
+        };
+    }
+    out
+}
+
+#[inline]
+fn offer(best: &AtomicU64, weight: f32, place: usize) {
+    let key = u64::from(weight.to_bits()) << 32 | place as u64;
+    if key < best.load(Ordering::Relaxed) {
+        best.fetch_min(key, Ordering::Relaxed);
+    }
+}
+
+/// The weight in a key of `best`; infinite where nothing was offered.
+#[inline]
+fn weight(key: u64) -> f32 {
+    if key == u64::MAX { f32::INFINITY } else { f32::from_bits((key >> 32) as u32) }
+}
+
+impl Exit {
+    /// The best exit among the listed neighbours; those inside leave the list for good.
+    #[inline]
+    fn listed(
+        self,
+        list: &mut [u32],
+        own: u32,
+        core: f32,
+        components: &[u32],
+        cores: &[f32],
+    ) -> Self {
+        let mut exit = Self { to: NONE, weight: f32::INFINITY, listed: 0, ..self };
+        for i in 0..self.listed as usize {
+            let other = list[i];
+            if components[other as usize] != own {
+                list[exit.listed as usize] = other;
+                exit.listed += 1;
+                let weight = larger(core, cores[other as usize]);
+                if weight < exit.weight {
+                    (exit.weight, exit.to) = (weight, other);
+                }
+            }
+        }
+        exit
+    }
+}
+
+/// A point that looks for the lightest edge out of its component.
+#[derive(Clone, Copy, Default)]
+struct Query {
+    lane: usize,
+    at: [f32; 3],
+    core: f32,
+    component: u32,
+    /// Lightest weight seen or left out so far.
+    least: f32,
+}
+
+struct Search<'a> {
+    rounds: &'a Rounds<'a>,
+    exits: &'a mut [Exit],
+    first: usize,
+    queries: [Query; LEAF],
+    count: usize,
+    /// The component of all queries, or `NONE`.
+    only: u32,
+    bound: f32,
+    /// Least weight that a node left out may hold.
+    least: f32,
+}
+
+impl<'a> Search<'a> {
+    fn run(rounds: &'a Rounds<'a>, leaf: usize, exits: &'a mut [Exit]) {
+        let mut search = Self {
+            rounds,
+            exits,
+            first: leaf * LEAF,
+            queries: [Query::default(); LEAF],
+            count: 0,
+            only: NONE,
+            bound: 0.0,
+            least: f32::INFINITY,
+        };
+        search.gather(leaf);
+        if search.count > 0 {
+            let tree = rounds.tree;
+            tree.walk(&tree.nodes[tree.leaf_nodes[leaf] as usize], &mut search);
+            search.keep();
+        }
+    }
+
+    /// Collects the points of the leaf that may have an edge below their component's best.
+    fn gather(&mut self, leaf: usize) {
+        let rounds = self.rounds;
+        for (lane, exit) in self.exits.iter().enumerate() {
+            let component = rounds.components[leaf][lane];
+            if component == rounds.largest || exit.least >= rounds.bound(component) {
+                continue;
+            }
+            self.queries[self.count] = Query {
+                lane,
+                at: rounds.tree.blocks[leaf].point(lane),
+                core: rounds.cores[leaf][lane],
+                component,
+                least: f32::INFINITY,
+            };
+            self.only = if self.count == 0 || self.only == component { component } else { NONE };
+            self.count += 1;
+        }
+        self.set_bound();
+    }
+
+    fn set_bound(&mut self) {
+        let bounds = self.queries[..self.count].iter().map(|q| self.rounds.bound(q.component));
+        self.bound = bounds.fold(0.0, larger);
+    }
+
+    /// Remembers what the search has excluded: components only grow.
+    fn keep(&mut self) {
+        for query in &self.queries[..self.count] {
+            let exit = &mut self.exits[query.lane];
+            exit.least = larger(exit.least, smaller(query.least, self.least));
+        }
+    }
+
+    #[inline]
+    fn look(&mut self, node: &Node, leaf: usize) {
+        let rounds = self.rounds;
+        let first = leaf * LEAF;
+        let (cores, components) = (&rounds.cores[leaf], &rounds.components[leaf]);
+        for query in &mut self.queries[..self.count] {
+            let bound = rounds.bound(query.component);
+            let gap = node.gap_to(query.at);
+            if gap >= bound {
+                query.least = smaller(query.least, gap);
+                continue;
+            }
+            let distances = rounds.tree.blocks[leaf].distances(query.at);
+            let weights: [f32; LEAF] = std::array::from_fn(|i| {
+                let weight = larger(larger(distances[i], cores[i]), query.core);
+                if components[i] == query.component { f32::INFINITY } else { weight }
+            });
+            let least = weights.iter().fold(f32::INFINITY, |m, &w| smaller(m, w));
+            query.least = smaller(query.least, least);
+            if least < bound {
+                let lane = weights.iter().position(|&w| w == least).unwrap_or(0);
+                let exit = &mut self.exits[query.lane];
+                (exit.weight, exit.to) = (least, (first + lane) as u32);
+                offer(&rounds.best[query.component as usize], least, self.first + query.lane);
+            }
+        }
+        self.set_bound();
+    }
+}
+
+impl Visitor for Search<'_> {
+    #[inline]
+    fn enters(&mut self, node: usize, gap: f32) -> bool {
+        let component = self.rounds.node_components[node];
+        if component != NONE && component == self.only {
+            return false;
+        }
+        let weight = larger(gap, self.rounds.node_cores[node]);
+        if weight >= self.bound {
+            self.least = smaller(self.least, weight);
+            return false;
+        }
+        true
+    }
+
+    #[inline]
+    fn leaf(&mut self, node: &Node, leaf: usize) {
+        self.look(node, leaf);
+    }
+}

@@ -1,0 +1,163 @@
+//! Exact HDBSCAN (Campello, Moulavi, Sander 2013) of points in space.
+//!
+//! Conventions are those of the Python package `hdbscan`. What comes out does not depend on the
+//! order of the points, on the number of threads, or on which of several equal edges enters the
+//! spanning tree.
+
+mod boruvka;
+mod condense;
+mod forest;
+mod knn;
+mod label;
+mod select;
+mod sort;
+mod tree;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::{Bounds, Error, Point, Result, thread_count};
+
+/// How clusters are taken from the hierarchy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// The clusters that outlast those below them.
+    ExcessOfMass,
+    /// The clusters that split no further.
+    Leaf,
+}
+
+/// What a cluster is, and how many threads look for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Points that make a cluster, at least 2.
+    pub min_cluster_size: usize,
+    /// The neighbour whose distance is a point's core distance, at least 1; the point itself
+    /// does not count. Clouds of fewer points take their last neighbour.
+    pub min_samples: usize,
+    /// Distance in metres below which clusters are not split; 0 splits at any distance.
+    pub cluster_selection_epsilon: f64,
+    /// How clusters are taken from the hierarchy.
+    pub selection: Selection,
+    /// Whether the whole cloud may be one cluster.
+    pub allow_single_cluster: bool,
+    /// Threads to run, 0 for all that the process may use.
+    pub threads: usize,
+}
+
+/// The clusters of a cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clusters {
+    /// For each point its cluster, the largest being 0, or -1 for noise.
+    pub labels: Vec<i32>,
+    /// For each point how firmly it belongs to its cluster, 0 (noise) to 1.
+    pub probabilities: Vec<f64>,
+    /// Weights in metres of the spanning tree's edges, in ascending order.
+    pub mst_weights: Vec<f64>,
+}
+
+/// Clusters `points` by density.
+///
+/// Clusters are numbered by size; those of equal size by their first point in the order of
+/// x, y, z. Points that coincide are infinitely dense: they are treated as if a distance of
+/// 10⁻¹⁹ of the cloud's extent lay between them. Distances are exact to the precision of `f32`.
+///
+/// # Errors
+///
+/// [`Error::Setting`] for settings out of range, [`Error::Degenerate`] for coordinates that are
+/// not finite or more than 2³¹ points, [`Error::Interrupted`] soon after `cancel` is set.
+pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Result<Clusters> {
+    settings.check()?;
+    let frame = Frame::around(points)?;
+    if points.len() < 2 {
+        let (labels, probabilities) = (vec![-1; points.len()], vec![0.0; points.len()]);
+        return Ok(Clusters { labels, probabilities, mst_weights: Vec::new() });
+    }
+    let threads = thread_count(settings.threads);
+    let t0 = std::time::Instant::now();
+    let lap = |s: &str| {
+        if std::env::var_os("HDB_TIME").is_some() {
+            eprintln!("{s} {:.1} ms", t0.elapsed().as_secs_f64() * 1e3)
+        }
+    };
+    let tree = tree::Tree::new(points, |p| frame.map(p), threads, cancel)?;
+    lap("tree");
+    let k = settings.min_samples.min(points.len() - 1);
+    let neighbors = knn::all_neighbors(&tree, k, threads, cancel)?;
+    lap("knn");
+    let edges = boruvka::spanning_tree(&tree, neighbors, threads, cancel)?;
+    lap("boruvka");
+    let rows = tree.rows;
+    drop((tree.nodes, tree.blocks, tree.leaf_nodes));
+    let edges = sort::by_weight(&edges);
+    stop(cancel)?;
+    lap("sort");
+    let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size);
+    stop(cancel)?;
+    lap("condense");
+    let owners = select::select(
+        &condensed.clusters,
+        settings,
+        settings.cluster_selection_epsilon * frame.scale,
+    );
+    let (labels, probabilities) = label::label(
+        points,
+        &rows,
+        &condensed,
+        &owners,
+        settings.cluster_selection_epsilon * frame.scale,
+    );
+    let mst_weights =
+        edges.iter().map(|edge| f64::from(edge.weight).sqrt() / frame.scale).collect();
+    lap("label");
+    Ok(Clusters { labels, probabilities, mst_weights })
+}
+
+impl Settings {
+    fn check(&self) -> Result<()> {
+        let setting = |name, given, needed| Err(Error::Setting { name, given, needed });
+        if self.min_cluster_size < 2 {
+            return setting("min_cluster_size", self.min_cluster_size as f64, "2 or more");
+        }
+        if self.min_samples < 1 {
+            return setting("min_samples", 0.0, "1 or more");
+        }
+        let epsilon = self.cluster_selection_epsilon;
+        if !(epsilon.is_finite() && epsilon >= 0.0) {
+            return setting("cluster_selection_epsilon", epsilon, "a finite number, 0 or more");
+        }
+        Ok(())
+    }
+}
+
+/// Where the work is done: centred, and scaled by a power of two into [-1, 1], where squares of
+/// `f32` neither overflow nor vanish.
+struct Frame {
+    centre: Point,
+    scale: f64,
+}
+
+impl Frame {
+    fn around(points: &[Point]) -> Result<Self> {
+        if points.len() > 1 << 31 {
+            return Err(Error::Degenerate("more than 2147483648 points were given: thin them out"));
+        }
+        if !points.iter().flatten().all(|v| v.is_finite()) {
+            return Err(Error::Degenerate("a coordinate is not finite: drop such points first"));
+        }
+        let bounds = Bounds::of(points.iter().copied());
+        let Bounds { min, max } = bounds.unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });
+        let centre = std::array::from_fn(|k| 0.5 * min[k] + 0.5 * max[k]);
+        let half = (0..3).fold(0.0, |most, k| (0.5 * max[k] - 0.5 * min[k]).max(most));
+        let scale = (-half.log2().ceil()).clamp(-1020.0, 1020.0).exp2();
+        Ok(Self { centre, scale })
+    }
+
+    fn map(&self, p: &Point) -> [f32; 3] {
+        std::array::from_fn(|k| ((p[k] - self.centre[k]) * self.scale) as f32)
+    }
+}
+
+/// [`Error::Interrupted`] once `cancel` is set.
+fn stop(cancel: &AtomicBool) -> Result<()> {
+    if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+}

@@ -1,0 +1,244 @@
+//! A kd-tree over leaves of 16 points, made for work on a whole leaf at a time.
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use crate::Point;
+use crate::parallel::{into_inner, lock, share};
+
+use super::stop;
+
+/// Points in a leaf; only the last leaf may hold fewer.
+pub(super) const LEAF: usize = 16;
+
+/// The points of a leaf, one array an axis; places left over are infinitely far away.
+pub(super) struct Block {
+    axes: [[f32; LEAF]; 3],
+}
+
+impl Block {
+    fn new(items: &[Item]) -> Self {
+        let mut axes = [[f32::INFINITY; LEAF]; 3];
+        for (lane, item) in items.iter().enumerate() {
+            (0..3).for_each(|k| axes[k][lane] = item.at[k]);
+        }
+        Self { axes }
+    }
+
+    /// The point in a place of the leaf.
+    #[inline]
+    pub(super) fn point(&self, lane: usize) -> [f32; 3] {
+        std::array::from_fn(|k| self.axes[k][lane])
+    }
+
+    /// Squared distances from `p` to every place.
+    #[inline]
+    pub(super) fn distances(&self, p: [f32; 3]) -> [f32; LEAF] {
+        let [x, y, z] = &self.axes;
+        std::array::from_fn(|i| {
+            let (dx, dy, dz) = (x[i] - p[0], y[i] - p[1], z[i] - p[2]);
+            dx * dx + dy * dy + dz * dz
+        })
+    }
+}
+
+/// A box of the tree. Nodes lie in pre-order: the left child follows its parent.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Node {
+    lo: [f32; 3],
+    hi: [f32; 3],
+    /// The right child, or 0 in a leaf.
+    right: u32,
+    /// The first leaf below.
+    leaf: u32,
+}
+
+impl Node {
+    /// Both children; `None` in a leaf.
+    #[inline]
+    pub(super) fn children(&self, own: usize) -> Option<(usize, usize)> {
+        (self.right != 0).then_some((own + 1, self.right as usize))
+    }
+
+    /// The first leaf below.
+    #[inline]
+    pub(super) fn first_leaf(&self) -> usize {
+        self.leaf as usize
+    }
+
+    /// Squared distance between two boxes. Rounded as [`Block::distances`] rounds, hence never
+    /// above the distance of two points within.
+    #[inline]
+    fn gap(&self, other: &Self) -> f32 {
+        let gap =
+            |k: usize| larger(larger(self.lo[k] - other.hi[k], other.lo[k] - self.hi[k]), 0.0);
+        let (dx, dy, dz) = (gap(0), gap(1), gap(2));
+        dx * dx + dy * dy + dz * dz
+    }
+
+    /// Squared distance from a point to the box.
+    #[inline]
+    pub(super) fn gap_to(&self, p: [f32; 3]) -> f32 {
+        let gap = |k: usize| larger(larger(self.lo[k] - p[k], p[k] - self.hi[k]), 0.0);
+        let (dx, dy, dz) = (gap(0), gap(1), gap(2));
+        dx * dx + dy * dy + dz * dz
+    }
+}
+
+/// `f32::max` for numbers that are not NaN: one instruction.
+#[inline]
+pub(super) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// `f32::min` for numbers that are not NaN: one instruction.
+#[inline]
+pub(super) fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[derive(Clone, Copy)]
+struct Item {
+    at: [f32; 3],
+    row: u32,
+}
+
+/// The points in tree order: place `p` of the order is lane `p % 16` of leaf `p / 16`.
+pub(super) struct Tree {
+    pub(super) nodes: Vec<Node>,
+    pub(super) blocks: Vec<Block>,
+    /// The input's row of each place.
+    pub(super) rows: Vec<u32>,
+    /// The node of each leaf.
+    pub(super) leaf_nodes: Vec<u32>,
+}
+
+impl Tree {
+    /// Builds the tree of `points`, each first mapped into `f32`.
+    pub(super) fn new(
+        points: &[Point],
+        map: impl Fn(&Point) -> [f32; 3],
+        threads: usize,
+        cancel: &AtomicBool,
+    ) -> crate::Result<Self> {
+        let mut items: Vec<Item> =
+            (0u32..).zip(points).map(|(row, p)| Item { at: map(p), row }).collect();
+        let leaves = items.len().div_ceil(LEAF);
+        let mut nodes = vec![Node::default(); (2 * leaves).saturating_sub(1)];
+        if leaves > 0 {
+            let whole = Part { items: &mut items, nodes: &mut nodes, node: 0, leaf: 0 };
+            split_all(whole, threads, cancel);
+        }
+        stop(cancel)?;
+        let blocks = items.chunks(LEAF).map(Block::new).collect();
+        let rows = items.iter().map(|item| item.row).collect();
+        let is_leaf = |&(_, node): &(u32, &Node)| node.right == 0;
+        let leaf_nodes = (0u32..).zip(&nodes).filter(is_leaf).map(|(i, _)| i).collect();
+        Ok(Self { nodes, blocks, rows, leaf_nodes })
+    }
+
+    /// Leads `visitor` through the tree, the nearer child first.
+    #[inline]
+    pub(super) fn walk(&self, from: &Node, visitor: &mut impl Visitor) {
+        let mut waiting = [(0.0f32, 0usize); 64];
+        let mut count = 0;
+        let mut next = (visitor.enters(0, 0.0)).then_some(0);
+        while let Some(own) = next {
+            let node = &self.nodes[own];
+            next = None;
+            if let Some((left, right)) = node.children(own) {
+                let (a, b) = (from.gap(&self.nodes[left]), from.gap(&self.nodes[right]));
+                let (near, far) =
+                    if b < a { ((b, right), (a, left)) } else { ((a, left), (b, right)) };
+                if visitor.enters(far.1, far.0) {
+                    waiting[count] = far;
+                    count += 1;
+                }
+                next = visitor.enters(near.1, near.0).then_some(near.1);
+            } else {
+                visitor.leaf(node, node.leaf as usize);
+            }
+            while next.is_none() && count > 0 {
+                count -= 1;
+                let (gap, other) = waiting[count];
+                next = visitor.enters(other, gap).then_some(other);
+            }
+        }
+    }
+}
+
+/// What is done on a walk through the tree.
+pub(super) trait Visitor {
+    /// Whether a node at this squared distance is worth a look.
+    fn enters(&mut self, node: usize, gap: f32) -> bool;
+    /// Looks at the points of a leaf.
+    fn leaf(&mut self, node: &Node, leaf: usize);
+}
+
+/// A subtree to be built.
+struct Part<'a> {
+    items: &'a mut [Item],
+    nodes: &'a mut [Node],
+    node: u32,
+    leaf: u32,
+}
+
+impl<'a> Part<'a> {
+    /// Writes the subtree's first node; splits the rest along the box's longest edge.
+    fn split(self) -> Option<[Part<'a>; 2]> {
+        let (lo, hi) = bounds(self.items);
+        let (first, below) = self.nodes.split_first_mut()?;
+        *first = Node { lo, hi, right: 0, leaf: self.leaf };
+        let left_leaves = self.items.len().div_ceil(LEAF) / 2;
+        if left_leaves == 0 {
+            return None;
+        }
+        let axis = (1..3).fold(0, |a, k| if hi[k] - lo[k] > hi[a] - lo[a] { k } else { a });
+        let middle = left_leaves * LEAF;
+        self.items.select_nth_unstable_by(middle, |a, b| a.at[axis].total_cmp(&b.at[axis]));
+        let left_nodes = 2 * left_leaves - 1;
+        let (left_leaves, right_node) = (left_leaves as u32, self.node + 1 + left_nodes as u32);
+        first.right = right_node;
+        let (left, right) = self.items.split_at_mut(middle);
+        let (left_below, right_below) = below.split_at_mut(left_nodes);
+        Some([
+            Part { items: left, nodes: left_below, node: self.node + 1, leaf: self.leaf },
+            Part {
+                items: right,
+                nodes: right_below,
+                node: right_node,
+                leaf: self.leaf + left_leaves,
+            },
+        ])
+    }
+}
+
+fn split_all(whole: Part<'_>, threads: usize, cancel: &AtomicBool) {
+    let mut parts = vec![whole];
+    while !parts.is_empty() && parts.len() < 4 * threads && stop(cancel).is_ok() {
+        let halves = Mutex::new(Vec::with_capacity(2 * parts.len()));
+        share(parts.into_iter(), threads, |part| {
+            if let Some(pair) = part.split() {
+                lock(&halves).extend(pair);
+            }
+        });
+        parts = into_inner(halves);
+    }
+    share(parts.into_iter(), threads, |part| {
+        let mut stack = vec![part];
+        while let (Some(part), Ok(())) = (stack.pop(), stop(cancel)) {
+            stack.extend(part.split().into_iter().flatten());
+        }
+    });
+}
+
+fn bounds(items: &[Item]) -> ([f32; 3], [f32; 3]) {
+    let empty = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    items.iter().fold(empty, |(lo, hi), item| {
+        let at = item.at;
+        (
+            std::array::from_fn(|k| smaller(lo[k], at[k])),
+            std::array::from_fn(|k| larger(hi[k], at[k])),
+        )
+    })
+}
