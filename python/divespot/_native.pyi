@@ -75,6 +75,7 @@ def align_to_rectangle(points: NDArray[Any]) -> NDArray[np.float64]: ...
 def rotate(
     points: NDArray[Any], rotation: Sequence[Sequence[float]], threads: int
 ) -> NDArray[np.float64]: ...
+
 @final
 class RawHeightMap:
     @property
@@ -90,6 +91,7 @@ def height_map(points: NDArray[Any], cell_m: float) -> RawHeightMap: ...
 def integrate(
     heights_above_base_m: NDArray[np.float64], cell_m: float
 ) -> tuple[float, float, float]: ...
+
 @final
 class RawObject:
     @property
