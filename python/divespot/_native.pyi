@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from typing import Any, Final, final
 
 import numpy as np
@@ -16,16 +17,13 @@ __all__ = [
     "height_map",
     "integrate",
     "measure_objects",
+    "point_spacing",
     "radius_outlier_mask",
     "rotate",
     "rotation_to_z",
     "survey",
     "voxel_downsample",
 ]
-
-Position = tuple[float, float, float]
-Cone = tuple[Position, float]
-PlaneParts = tuple[Position, float, int, float]
 
 __version__: Final[str]
 
@@ -44,66 +42,96 @@ def radius_outlier_mask(
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
+def point_spacing(points: NDArray[Any], seed: int) -> float: ...
+def height_histogram(
+    heights_m: NDArray[Any], bin_m: float, window: int
+) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float64]]: ...
+def ground_height(
+    heights_m: NDArray[Any], bin_m: float, window: int, rule: str, lower_fraction: float
+) -> float: ...
 def survey(
     points: NDArray[Any], seed: int, threads: int
 ) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]: ...
-def fit_plane(
-    points: NDArray[Any],
-    threshold_m: float,
-    hypotheses: int,
-    cone: Cone | None,
-    seed: int,
-    threads: int,
-) -> PlaneParts: ...
 def find_ground(
     points: NDArray[Any],
     at: NDArray[np.float64],
     normals: NDArray[np.float64],
     threshold_m: float,
     hypotheses: int,
-    cone: Cone | None,
+    cone: tuple[Sequence[float], float] | None,
     seed: int,
     threads: int,
-) -> PlaneParts: ...
-def rotation_to_z(normal: Position) -> NDArray[np.float64]: ...
+) -> tuple[list[float], float, int, float]: ...
+def fit_plane(
+    points: NDArray[Any],
+    threshold_m: float,
+    hypotheses: int,
+    cone: tuple[Sequence[float], float] | None,
+    seed: int,
+    threads: int,
+) -> tuple[list[float], float, int, float]: ...
+def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]: ...
 def align_to_rectangle(points: NDArray[Any]) -> NDArray[np.float64]: ...
 def rotate(
-    points: NDArray[Any], rotation: list[list[float]], threads: int
+    points: NDArray[Any], rotation: Sequence[Sequence[float]], threads: int
 ) -> NDArray[np.float64]: ...
+
 @final
 class RawHeightMap:
-    heights_m: NDArray[np.float64]
-    counts: NDArray[np.uint32]
-    relief_m: NDArray[np.float64]
-    origin_m: tuple[float, float]
+    @property
+    def heights_m(self) -> NDArray[np.float64]: ...
+    @property
+    def counts(self) -> NDArray[np.uint32]: ...
+    @property
+    def relief_m(self) -> NDArray[np.float64]: ...
+    @property
+    def origin_m(self) -> list[float]: ...
 
 def height_map(points: NDArray[Any], cell_m: float) -> RawHeightMap: ...
 def integrate(
     heights_above_base_m: NDArray[np.float64], cell_m: float
 ) -> tuple[float, float, float]: ...
+
 @final
 class RawObject:
-    label: int
-    cut_m3: float
-    fill_m3: float
-    footprint_m2: float
-    max_height_m: float
-    centroid_m: Position
-    outline_m: list[Position]
-    seen_fraction: float
-    touches_edge: bool
-    base: str
-    reason: str | None
-    u_m3: float
-    noise_m3: float
-    base_m3: float
-    footprint_m3: float
-    filled_m3: float
-    grid_m3: float
+    @property
+    def label(self) -> int: ...
+    @property
+    def cut_m3(self) -> float: ...
+    @property
+    def fill_m3(self) -> float: ...
+    @property
+    def footprint_m2(self) -> float: ...
+    @property
+    def max_height_m(self) -> float: ...
+    @property
+    def centroid_m(self) -> list[float]: ...
+    @property
+    def outline_m(self) -> list[list[float]]: ...
+    @property
+    def seen_fraction(self) -> float: ...
+    @property
+    def touches_edge(self) -> bool: ...
+    @property
+    def base(self) -> str: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def u_m3(self) -> float: ...
+    @property
+    def noise_m3(self) -> float: ...
+    @property
+    def base_m3(self) -> float: ...
+    @property
+    def footprint_m3(self) -> float: ...
+    @property
+    def filled_m3(self) -> float: ...
+    @property
+    def grid_m3(self) -> float: ...
 
 def measure_objects(
     heights_m: NDArray[np.float64],
-    origin_m: tuple[float, float],
+    origin_m: Sequence[float],
     cell_m: float,
     labels: NDArray[np.int32],
     toe_cells: int,

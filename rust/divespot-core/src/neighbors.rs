@@ -175,7 +175,7 @@ fn column_keys(points: &[Point], reach: f64, threads: usize) -> (Vec<Keyed>, u64
     let bounds = Bounds::of(points.iter().copied()).unwrap_or(zero);
     let extent = bounds.extent();
     let side = reach.max(extent[0].max(extent[1]) / MOST_COLUMNS);
-    let cell = |p: &Point, k: usize| ((p[k] - bounds.min[k]) / side) as u64 + 1;
+    let cell = |p: &Point, k: usize| ((p[k] - bounds.min[k]) / side) as i64 as u64 + 1; // by i64: faster
     let row_step = (extent[0] / side) as u64 + 3;
     (keyed_by(points, threads, |p| cell(p, 1) * row_step + cell(p, 0)), row_step)
 }

@@ -42,7 +42,8 @@ pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Resul
     positive("voxel_m", voxel_m)?;
     let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Voxels::default()) };
     let threads = thread_count(threads);
-    let grid = Grid { origin: bounds.min, voxel_m };
+    let fixed = Fixed::new(voxel_m, u32::MAX as usize);
+    let grid = Grid { origin: bounds.min, voxel_m, fixed };
     let sorted = grid.sort(points, bounds.max, threads)?;
     let voxels: Vec<&[Keyed]> = sorted.chunk_by(|a, b| a.key == b.key).collect();
     let means = map_chunks(voxels.len(), CHUNK / 4, threads, |range| {
@@ -61,12 +62,13 @@ fn count(rows: &[Keyed]) -> u32 {
 struct Grid {
     origin: Point,
     voxel_m: f64,
+    fixed: Fixed,
 }
 
 impl Grid {
     /// The cell of `p` along each axis.
     fn cell(&self, p: &Point) -> [u64; 3] {
-        self.steps(p).map(|v| v as u64)
+        self.steps(p).map(|v| v as i64 as u64) // faster than a cast straight to u64
     }
 
     /// How many voxels lie between the grid's start and `p`.
@@ -109,16 +111,15 @@ impl Grid {
 
     /// The mean of the points in one voxel.
     fn mean(&self, points: &[Point], rows: &[Keyed]) -> Point {
-        let fixed = Fixed::new(self.voxel_m, u32::MAX as usize);
         let corner = self.cell(&points[rows[0].row as usize]).map(|c| c as f64 * self.voxel_m);
         let mut sums = [0_i64; 3];
         for row in rows {
             let p = &points[row.row as usize];
             for k in 0..3 {
-                sums[k] += fixed.encode(p[k] - self.origin[k] - corner[k]);
+                sums[k] += self.fixed.encode(p[k] - self.origin[k] - corner[k]);
             }
         }
-        std::array::from_fn(|k| self.origin[k] + corner[k] + fixed.mean(sums[k], count(rows)))
+        std::array::from_fn(|k| self.origin[k] + corner[k] + self.fixed.mean(sums[k], count(rows)))
     }
 }
 
