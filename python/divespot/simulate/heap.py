@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -112,10 +112,9 @@ def shape(pile: Pile, rng: np.random.Generator) -> Shape:
     angle = 2 * math.pi * (np.arange(pile.peaks) + rng.uniform(-0.3, 0.3, pile.peaks)) / pile.peaks
     far = pile.spread * rng.uniform(0.7, 1.0, pile.peaks) * (pile.peaks > 1)
     own = np.stack([far * np.cos(angle), 0.6 * far * np.sin(angle)], axis=1)
-    own -= own.mean(axis=0)
     turned = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
     skew = turn + np.radians(rng.uniform(-15, 15, pile.peaks))
-    return Shape(
+    drawn = Shape(
         middle=own @ turned,
         along=np.stack([np.cos(skew), np.sin(skew)], axis=1),
         ridge=pile.ridge,
@@ -123,6 +122,14 @@ def shape(pile: Pile, rng: np.random.Generator) -> Shape:
         lobe_size=rng.uniform(0, LOBES, (pile.peaks, 3)),
         lobe_phase=rng.uniform(0, 2 * math.pi, (pile.peaks, 3)),
     )
+    return replace(drawn, middle=drawn.middle - _footprint_middle(drawn))
+
+
+def _footprint_middle(form: Shape) -> Array:
+    """(2,) middle of the box around the footprint."""
+    side = np.linspace(-1, 1, 161) * (1.5 + np.abs(form.middle).max() + form.ridge)
+    rows, columns = np.nonzero(form.rise(side, side[:, None]) > 0)
+    return np.array([side[i].min() + side[i].max() for i in (columns, rows)]) / 2
 
 
 def roughness(shape_nodes: tuple[int, int], grain_nodes: float, rng: np.random.Generator) -> Array:

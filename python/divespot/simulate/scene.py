@@ -79,7 +79,7 @@ class Pile:
     volume_m3
         Volume above the floor of the pile standing alone; walls it leans on are not part of it.
     center_m
-        Where it is poured, in plan.
+        Middle of its footprint on a level floor, walls aside.
     repose_deg
         Angle of repose: no flank is steeper, grain-scale roughness aside.
     peaks

@@ -45,9 +45,9 @@ def corn(volume_m3: float, kind: int, rng: np.random.Generator, center_m: XY = (
     if kind == 0:
         return Pile(volume_m3, center_m)
     if kind == 1:
-        return Pile(volume_m3, center_m, ridge=rng.uniform(0.4, 0.7), heading_deg=heading_deg)
+        return Pile(volume_m3, center_m, ridge=rng.uniform(0.3, 0.5), heading_deg=heading_deg)
     peaks = int(rng.integers(3, 5))
-    return Pile(volume_m3, center_m, peaks=peaks, spread=0.6, heading_deg=heading_deg)
+    return Pile(volume_m3, center_m, peaks=peaks, spread=0.4, heading_deg=heading_deg)
 
 
 def small_floor(strip_m: XY) -> Floor:
