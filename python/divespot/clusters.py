@@ -40,9 +40,7 @@ def _own(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDAr
     )
 
 
-def _package(
-    points: NDArray[np.float64], link_m: float, settings: Settings
-) -> NDArray[np.int64]:
+def _package(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
     """Cluster with the `hdbscan` package; clusters numbered by size."""
     try:
         from hdbscan import HDBSCAN  # noqa: PLC0415 - an extra
@@ -67,4 +65,4 @@ def by_size(labels: NDArray[np.integer]) -> NDArray[np.int64]:
     rank = np.empty(len(counts) + 1, dtype=np.int64)
     rank[np.argsort(-counts, kind="stable")] = np.arange(len(counts))
     rank[-1] = -1
-    return rank[labels]
+    return np.asarray(rank[labels])

@@ -54,7 +54,8 @@ def scene_cluster(
     """
     if not settings.scene_cluster:
         return points
-    kept = points[find_clusters(points, given(settings.radius_m) or None, settings) == 0]
+    labels = find_clusters(points, settings.radius_m, settings)
+    kept: NDArray[np.float64] = points[labels == 0]
     if not len(kept):
         raise DivespotError("the scene has no cluster: smaller min_cluster_size is needed")
     if len(kept) < 0.9 * len(points):

@@ -39,8 +39,9 @@ class HeightMap:
     def centers_m(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return x and y of the middle of each cell, each of shape ``(rows, columns)``."""
         rows, columns = np.indices(self.heights_m.shape)
-        x, y = self.origin_m
-        return x + (columns + 0.5) * self.cell_m, y + (rows + 0.5) * self.cell_m
+        x0, y0 = self.origin_m
+        x = np.asarray(x0 + (columns + 0.5) * self.cell_m)
+        return x, np.asarray(y0 + (rows + 0.5) * self.cell_m)
 
 
 def height_map(points: ArrayLike, cell_m: float) -> HeightMap:

@@ -47,8 +47,8 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
 
     """
     scan = _scan(source, settings)
-    finite = np.isfinite(scan.points).all(axis=1)
-    nonzero = scan.points.any(axis=1)
+    finite = np.asarray(np.isfinite(scan.points).all(axis=1))
+    nonzero = np.asarray((scan.points != 0.0).any(axis=1))
     points = scan.points[finite & nonzero]
     counts = (len(finite), int((~finite).sum()), int((finite & ~nonzero).sum()))
     if len(points) < FEWEST:

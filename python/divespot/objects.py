@@ -172,13 +172,13 @@ def _mass(volume_m3: float, u_m3: float, settings: Settings) -> tuple[float | No
     return density * volume_m3, COVERAGE * u_mass
 
 
-def doubts(
-    piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int
-) -> list[str]:
+def doubts(piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int) -> list[str]:
     """Return what a user should know before trusting the numbers."""
     found = []
     if not piles:
-        what = f"{len(others)} other objects were found" if others else "nothing stands on the ground"
+        what = (
+            f"{len(others)} other objects were found" if others else "nothing stands on the ground"
+        )
         found.append(f"no pile was found: {what}")
     share = pose.plane.inliers / points
     if share < FLAT_SHARE:

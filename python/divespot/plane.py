@@ -42,10 +42,10 @@ class Plane:
 
     def heights_m(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return signed distances, shape ``(n,)``, positive on the normal's side."""
-        return points @ np.array(self.normal) - self.offset_m
+        return np.asarray(points @ np.array(self.normal) - self.offset_m)
 
 
-def fit_plane(
+def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC
     points: ArrayLike,
     threshold_m: float,
     *,

@@ -12,6 +12,7 @@ from divespot import _native
 from divespot.errors import DivespotError
 from divespot.plane import Plane, cone, rotation_to_z
 from divespot.report import Ground
+from divespot.settings import given
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -91,7 +92,7 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
         points,
         survey.at_m,
         survey.normals,
-        settings.plane_threshold_m,
+        given(settings.plane_threshold_m),
         settings.hypotheses,
         cone(up, settings.max_tilt_deg),
         settings.seed,

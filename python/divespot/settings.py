@@ -59,7 +59,9 @@ class Settings:
         "what an object stands on: the ground around it, or the histogram's peak", "local", "peak"
     )
     toe_m: float | None = length("width around an object that may hold its toe")
-    ring_share: float = positive("width of the ring of ground for the local base, by object size", 0.15)
+    ring_share: float = positive(
+        "width of the ring of ground for the local base, by object size", 0.15
+    )
     factor: float = positive("compensation factor of the volume (paper)", 1.0)
     density_kg_m3: float | None = positive("bulk density, for the mass")
     density_u_kg_m3: float = length("standard uncertainty of the density", 0.0)
@@ -96,7 +98,9 @@ class Settings:
         known = [item.name for item in dataclasses.fields(cls)]
         for name in values:
             if name not in known:
-                raise DivespotError(f"unknown setting {name!r}: one of {', '.join(known)} is needed")
+                raise DivespotError(
+                    f"unknown setting {name!r}: one of {', '.join(known)} is needed"
+                )
         return cls(**values)
 
     def resolved(self, survey: Survey) -> Settings:
@@ -127,7 +131,9 @@ class Settings:
         )
 
     def _completed(self, **derived: float) -> Settings:
-        missing = {name: value for name, value in derived.items() if getattr(self, name) is None}
+        missing: dict[str, Any] = {
+            name: value for name, value in derived.items() if getattr(self, name) is None
+        }
         return dataclasses.replace(self, **missing)
 
 

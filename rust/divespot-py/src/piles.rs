@@ -1,10 +1,12 @@
-use divespot_core::Point;
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{self, Base, Kind, Object, Reason, Settings};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
+
+/// A position as a tuple.
+type Place = (f64, f64, f64);
 
 /// What the core knows of one object; lengths in the levelled frame.
 #[pyclass(frozen, get_all)]
@@ -14,8 +16,8 @@ pub(crate) struct RawObject {
     fill_m3: f64,
     footprint_m2: f64,
     max_height_m: f64,
-    centroid_m: Point,
-    outline_m: Vec<Point>,
+    centroid_m: Place,
+    outline_m: Vec<Place>,
     seen_fraction: f64,
     touches_edge: bool,
     base: &'static str,
@@ -36,8 +38,8 @@ impl From<Object> for RawObject {
             fill_m3: object.volume.fill_m3,
             footprint_m2: object.footprint_m2,
             max_height_m: object.max_height_m,
-            centroid_m: object.centroid_m,
-            outline_m: object.outline_m,
+            centroid_m: object.centroid_m.into(),
+            outline_m: object.outline_m.into_iter().map(Place::from).collect(),
             seen_fraction: object.seen_fraction,
             touches_edge: object.touches_edge,
             base: match object.base.kind {

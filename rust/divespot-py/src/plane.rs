@@ -7,12 +7,12 @@ use crate::errors::raise;
 use crate::points::{cloud, restored, rows};
 
 /// Normal, offset, inliers and their root mean square distance.
-pub(crate) type PlaneParts = (Point, f64, usize, f64);
+pub(crate) type PlaneParts = ((f64, f64, f64), f64, usize, f64);
 
 /// A plane of centred points, for points where they were.
 pub(crate) fn parts(plane: &plane::Plane, origin: Point) -> PlaneParts {
     let shift: f64 = (0..3).map(|k| plane.normal[k] * origin[k]).sum();
-    (plane.normal, plane.offset_m + shift, plane.inliers, plane.rms_m)
+    (plane.normal.into(), plane.offset_m + shift, plane.inliers, plane.rms_m)
 }
 
 #[pyfunction]
