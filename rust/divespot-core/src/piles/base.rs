@@ -6,8 +6,10 @@ use nalgebra::{Matrix3, Vector3};
 const FEWEST: usize = 12;
 /// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
 const FEWEST_SECTORS: usize = 7;
-/// Sectors around an object whose means tell how far the ground wavers.
+/// Sectors around an object whose levels tell how far the ground wavers.
 const SECTORS: usize = 12;
+/// Neighbouring sectors waver together: this many count as one.
+const CORRELATED: f64 = 3.0;
 /// Rounds of Tukey's biweight; it settles in about five.
 const ROUNDS: usize = 10;
 
@@ -20,7 +22,7 @@ pub struct Base {
     pub level_m: f64,
     /// Slope along x and y.
     pub tilt: [f64; 2],
-    /// Standard deviation of a cell about its sector's mean.
+    /// Standard deviation of a ring cell about the base.
     pub noise_m: f64,
     /// Standard uncertainty of the level.
     pub u_level_m: f64,
@@ -62,19 +64,19 @@ impl Base {
         }
         let local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
-        let seen = sector_means(&local, |_| 0.0).len();
+        let seen = sector_medians(&local, |_| 0.0).len();
         let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::RingPlane };
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
-        let means = sector_means(&local, residuals);
-        let spread = (means.iter().map(|m| m * m).sum::<f64>() / to_f64(means.len())).sqrt();
+        let levels = sector_medians(&local, residuals);
+        let spread = (levels.iter().map(|m| m * m).sum::<f64>() / to_f64(levels.len())).sqrt();
         let off: Vec<f64> = local.iter().map(residuals).collect();
         Some(Self {
             center_m,
             level_m: plane[0],
             tilt: [plane[1], plane[2]],
             noise_m: scale(&off),
-            u_level_m: spread / to_f64(means.len()).sqrt(),
+            u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
         })
     }
@@ -114,17 +116,15 @@ fn weighted_plane(
     matrix.cholesky().map(|c| c.solve(&right))
 }
 
-/// The mean of `of` in each sector around the origin that has points.
-fn sector_means(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
-    let mut sums = [(0.0, 0.0); SECTORS];
+/// The median of `of` in each sector around the origin that has points.
+fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
+    let mut sectors: [Vec<f64>; SECTORS] = std::array::from_fn(|_| Vec::new());
     for p in local {
         let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // from 0 to 1
         let sector = ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1);
-        sums[sector].0 += of(p);
-        sums[sector].1 += 1.0;
+        sectors[sector].push(of(p));
     }
-    sums.iter().filter(|(_, n)| *n > 0.0).map(|(sum, n)| sum / n).collect()
+    sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
 }
 
 /// Standard deviation of normal values, from the median of their sizes.

@@ -27,21 +27,28 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], noise_m: f64) -> Option<
 
 /// The share of the core's rim across which the height drops more than [`STEEP`].
 ///
-/// The drop is taken between the highest and the lowest of the 25 cells around each cell of the
-/// rim, less what noise alone makes of it. A rim beyond which nothing was seen says nothing.
+/// A rim beyond which nothing was seen says nothing.
 fn steep_share(patch: &Patch, above: &[f64], noise_m: f64) -> f64 {
-    let diagonal = 4.0 * std::f64::consts::SQRT_2 * patch.grid.cell_m;
-    let drop = |cell: usize| {
-        let (mut low, mut high, mut outside) = (f64::INFINITY, f64::NEG_INFINITY, false);
-        for n in patch.around(cell, 2).filter(|&n| !above[n].is_nan()) {
-            (low, high) = (low.min(above[n]), high.max(above[n]));
-            outside |= patch.zones[n] != Zone::Core;
-        }
-        outside.then_some(high - low)
+    let steep = |cell: usize| {
+        let steepest = [1, 2].map(|reach| is_steep(patch, above, noise_m, cell, reach));
+        steepest.into_iter().flatten().reduce(|a, b| a || b)
     };
-    let drops: Vec<f64> = rim(patch).filter_map(drop).collect();
-    let steep = drops.iter().filter(|&&d| d > STEEP * diagonal + 4.0 * noise_m).count();
-    to_f64(steep) / to_f64(drops.len().max(1))
+    let rim: Vec<bool> = rim(patch).filter_map(steep).collect();
+    to_f64(rim.iter().filter(|&&steep| steep).count()) / to_f64(rim.len().max(1))
+}
+
+/// Whether the highest and the lowest cell up to `reach` cells away differ by more than a slope
+/// and noise can make them; `None` where nothing outside the core is seen.
+///
+/// A sharp edge shows between next neighbours, one that the sensor blurs a cell further.
+fn is_steep(patch: &Patch, above: &[f64], noise_m: f64, cell: usize, reach: u8) -> Option<bool> {
+    let (mut low, mut high, mut outside) = (f64::INFINITY, f64::NEG_INFINITY, false);
+    for n in patch.around(cell, reach.into()).filter(|&n| !above[n].is_nan()) {
+        (low, high) = (low.min(above[n]), high.max(above[n]));
+        outside |= patch.zones[n] != Zone::Core;
+    }
+    let diagonal = 2.0 * f64::from(reach) * std::f64::consts::SQRT_2 * patch.grid.cell_m;
+    outside.then_some(high - low > STEEP * diagonal + 4.0 * noise_m)
 }
 
 /// Core cells with a neighbour outside the core, or on the map's edge.
