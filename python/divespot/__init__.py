@@ -15,7 +15,7 @@ from divespot.pipeline import measure
 from divespot.plane import Plane, fit_plane, rotation_to_z
 from divespot.report import Budget, Ground, Pile, Report, Source, Total
 from divespot.settings import Settings
-from divespot.survey import Survey, point_spacing, survey
+from divespot.spacing import Survey, point_spacing, survey
 
 __all__ = [
     "Budget",

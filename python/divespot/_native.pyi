@@ -17,6 +17,7 @@ __all__ = [
     "height_map",
     "integrate",
     "measure_objects",
+    "pieces",
     "radius_outlier_mask",
     "rotate",
     "rotation_to_z",
@@ -127,6 +128,7 @@ class RawObject:
     @property
     def grid_m3(self) -> float: ...
 
+def pieces(labels: NDArray[np.int32], gap: int, fewest: int) -> NDArray[np.int32]: ...
 def measure_objects(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],

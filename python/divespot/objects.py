@@ -85,10 +85,12 @@ def find_objects(
         )
         above, cells = above[kept], cells[kept]
     found = find_clusters(cells, settings.link_m, settings)
-    if settings.select == "largest":
-        _warn_of_dropped(found, warn)
-        found[found > 0] = -1
     labels[above] = found
+    gap = math.ceil(given(settings.link_m) / grid.cell_m) - 1
+    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
+    if settings.select == "largest":
+        _warn_of_dropped(labels, warn)
+        labels[labels > 0] = -1
     return labels
 
 

@@ -13,7 +13,7 @@ from divespot.pose import find_pose, ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
 from divespot.settings import Settings, given
-from divespot.survey import take_survey
+from divespot.spacing import take_survey
 
 if TYPE_CHECKING:
     import os

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from divespot.objects import GroundLevel
     from divespot.report import Position
     from divespot.settings import Settings
-    from divespot.survey import Survey
+    from divespot.spacing import Survey
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

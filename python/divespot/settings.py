@@ -13,7 +13,7 @@ from divespot.errors import DivespotError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from divespot.survey import Survey
+    from divespot.spacing import Survey
 
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
 FLATTEST_REPOSE_DEG = 15.0

@@ -26,7 +26,7 @@ mod _native {
     #[pymodule_export]
     use crate::neighbors::radius_outlier_mask;
     #[pymodule_export]
-    use crate::piles::{RawObject, measure_objects};
+    use crate::piles::{RawObject, measure_objects, pieces};
     #[pymodule_export]
     use crate::plane::{align_to_rectangle, fit_plane, rotate, rotation_to_z};
     #[pymodule_export]

@@ -1,6 +1,6 @@
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{self, Base, Kind, Object, Reason, Settings};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
@@ -59,6 +59,20 @@ impl From<Object> for RawObject {
             grid_m3: object.budget.grid_m3,
         }
     }
+}
+
+#[pyfunction]
+pub(crate) fn pieces<'py>(
+    py: Python<'py>,
+    labels: PyReadonlyArray2<'py, i32>,
+    gap: u32,
+    fewest: usize,
+) -> Bound<'py, PyArray1<i32>> {
+    let labels = labels.as_array();
+    let grid =
+        Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: labels.ncols(), rows: labels.nrows() };
+    let labels: Vec<i32> = labels.iter().copied().collect();
+    py.detach(|| piles::pieces(&grid, &labels, gap, fewest)).into_pyarray(py)
 }
 
 #[pyfunction]

@@ -8,11 +8,13 @@ mod base;
 mod budget;
 mod outline;
 mod patch;
+mod pieces;
 mod shape;
 mod territory;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
+pub use pieces::pieces;
 pub use shape::Reason;
 
 use crate::error::{Error, Result};
