@@ -115,7 +115,7 @@ fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
         touches_edge: touches_edge(patch),
-        reason: shape::why_no_pile(patch, &above, base.noise_m),
+        reason: shape::why_no_pile(patch, &above, settings.margin_m),
     }
 }
 
