@@ -8,7 +8,7 @@ use crate::heightmap::Grid;
 /// Fewer cells than this carry no plane of their own.
 const FEWEST: usize = 12;
 /// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
-const FEWEST_SECTORS: usize = 7;
+const FEWEST_SECTORS: usize = 10;
 /// Sectors around an object whose levels tell how far the ground wavers.
 const SECTORS: usize = 12;
 /// Neighbouring sectors waver together: this many count as one.
