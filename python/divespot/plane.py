@@ -64,7 +64,8 @@ def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC
     threshold_m
         A point this near to the plane supports it.
     hypotheses
-        Planes through three random points that are tried. They are scored by MSAC on 4,096
+        Planes through three random points that are tried at most; fewer where a plane has so
+        much support that a better one would have been met. They are scored by MSAC on 4,096
         random points; the best is refitted to all points within the threshold until it settles.
     axis, max_tilt_deg
         Where an axis is given, only planes are considered whose normal is within this angle of

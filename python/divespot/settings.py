@@ -38,7 +38,7 @@ class Settings:
     scene_cluster: bool = flag("keep only the largest cluster of the whole scene (paper)")
     voxel_m: float | None = length("edge of the voxels for uniform sampling; 0: none", 0.0)
     plane_threshold_m: float | None = positive("distance within which points support a plane")
-    hypotheses: int = count("planes through three random points that are tried", 1000, 1)
+    hypotheses: int = count("planes through three random points that are tried at most", 1000, 1)
     cell_m: float | None = positive("edge of a cell of the ground grid")
     bin_m: float | None = positive("height of a bin of the height histogram")
     window: int = count("bins of the histogram's moving average, an odd number", 5, 1)
