@@ -11,8 +11,6 @@ from divespot._options import box, choice, count, flag, length, positive, text
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from divespot.spacing import Survey
 
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
@@ -83,11 +81,10 @@ class Settings:
             "base": "peak",
             "toe_m": 0.0,
         }
-        return cls.of({**paper, **changes})
+        return cls().changed(**{**paper, **changes})
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Settings:
-        """Return settings from names and values.
+    def changed(self, **changes: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+        """Return these settings with some of them changed.
 
         Raises
         ------
@@ -95,13 +92,13 @@ class Settings:
             A name is no setting, or a value out of range.
 
         """
-        known = [item.name for item in dataclasses.fields(cls)]
-        for name in values:
+        known = [item.name for item in dataclasses.fields(self)]
+        for name in changes:
             if name not in known:
                 raise DivespotError(
                     f"unknown setting {name!r}: one of {', '.join(known)} is needed"
                 )
-        return cls(**values)
+        return dataclasses.replace(self, **changes)
 
     def resolved(self, survey: Survey) -> Settings:
         """Return these settings with the lengths that follow from the cloud.
@@ -131,10 +128,8 @@ class Settings:
         )
 
     def _completed(self, **derived: float) -> Settings:
-        missing: dict[str, Any] = {
-            name: value for name, value in derived.items() if getattr(self, name) is None
-        }
-        return dataclasses.replace(self, **missing)
+        missing = {name: value for name, value in derived.items() if getattr(self, name) is None}
+        return self.changed(**missing)
 
 
 def given(value: float | None) -> float:
