@@ -174,7 +174,9 @@ def _mass(volume_m3: float, u_m3: float, settings: Settings) -> tuple[float | No
     return density * volume_m3, COVERAGE * u_mass
 
 
-def doubts(piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int) -> list[str]:
+def doubts(
+    piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int, settings: Settings
+) -> list[str]:
     """Return what a user should know before trusting the numbers."""
     found = []
     if not piles:
@@ -188,6 +190,6 @@ def doubts(piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points
     for pile in piles:
         if pile.touches_edge:
             found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
-        if pile.base == "ground" and pose is not None:
+        if pile.base == "ground" and settings.base == "local":
             found.append(f"pile {pile.id} has no ground of its own around it")
     return found
