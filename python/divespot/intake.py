@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
 
 FEWEST = 10
+#: Smaller than this is no scan in metres.
+SMALLEST_M = 1e-6
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,11 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
         raise DivespotError(
             f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "
             f"and {zero} are (0, 0, 0): at least {FEWEST} others are needed"
+        )
+    if (size := float(np.ptp(points, axis=0).max())) < SMALLEST_M:
+        raise DivespotError(
+            f"{scan.path or 'the array'}: the points span {size:.2g} m: at least {SMALLEST_M:g} m "
+            "is needed"
         )
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)

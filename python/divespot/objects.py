@@ -31,7 +31,7 @@ COVERAGE = 2.0
 
 
 #: With less of the points on the ground's plane, the ground is no plane.
-FLAT_SHARE = 0.1
+FLAT_SHARE = 0.2
 
 
 @dataclass(frozen=True)
@@ -86,12 +86,17 @@ def find_objects(
         above, cells = above[kept], cells[kept]
     found = find_clusters(cells, settings.link_m, settings)
     labels[above] = found
-    gap = math.ceil(given(settings.link_m) / grid.cell_m) - 1
+    gap = max(_steps(grid, settings.link_m) - 1, 0)
     labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
     if settings.select == "largest":
         _warn_of_dropped(labels, warn)
         labels[labels > 0] = -1
     return labels
+
+
+def _steps(grid: HeightMap, length_m: float | None) -> int:
+    """Return the cells that a length reaches across, at most the whole grid."""
+    return math.ceil(min(given(length_m) / grid.cell_m, float(max(grid.heights_m.shape))))
 
 
 def _warn_of_dropped(found: NDArray[np.int32], warn: Callable[[str], None]) -> None:
@@ -112,7 +117,7 @@ def measure_objects(
         grid.origin_m,
         grid.cell_m,
         labels,
-        math.ceil(given(settings.toe_m) / grid.cell_m),
+        _steps(grid, settings.toe_m),
         settings.ring_share,
         given(settings.margin_m),
         (ground.height_m, ground.noise_m, ground.noise_m),

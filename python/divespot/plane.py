@@ -103,7 +103,7 @@ def cone(
         x, y, z = (float(v) for v in axis)
     except (TypeError, ValueError):
         raise DivespotError(f"axis is {axis!r}: three numbers are needed") from None
-    if not 0.0 < math.hypot(x, y, z) < math.inf:
+    if not 0.0 < max(abs(x), abs(y), abs(z)) < math.inf:
         raise DivespotError(f"axis is {axis!r}: finite numbers that are not all 0 are needed")
     return (x, y, z), math.radians(number("max_tilt_deg", max_tilt_deg))
 

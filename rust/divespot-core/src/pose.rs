@@ -22,7 +22,8 @@ pub type Rotation = [[f64; 3]; 3];
 ///
 /// A normal of length zero or with non-finite components.
 pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
-    let unit = Unit::try_new(Vector3::from(normal), f64::MIN_POSITIVE)
+    let normal = Vector3::from(normal);
+    let unit = Unit::try_new(normal / normal.amax(), 0.0)
         .filter(|unit| unit.iter().all(|v| v.is_finite()))
         .ok_or(Error::Degenerate("a normal needs finite components that are not all zero"))?;
     let across = unit.cross(&Vector3::z());

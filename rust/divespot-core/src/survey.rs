@@ -36,7 +36,8 @@ pub struct Normal {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
     /// Typical distance between neighbouring points: the step of a square grid, about
-    /// 1.1 / √(points per m²) on a random surface, twice the step of a line.
+    /// 1.1 / √(points per m²) on a random surface, twice the step of a line; rounded to a
+    /// sixteenth of a factor of two, but on a regular raster.
     pub spacing_m: f64,
     /// Typical distance of a point from the plane through its neighbours.
     pub roughness_m: f64,
@@ -65,8 +66,8 @@ pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
         seen => seen,
     };
     Ok(Survey {
-        spacing_m: median(seen.iter().map(|n| n.spacing_m).collect()),
-        roughness_m: median(seen.iter().filter_map(|n| Some(n.surface?.1)).collect()),
+        spacing_m: typical(seen.iter().map(|n| n.spacing_m).collect()),
+        roughness_m: typical(seen.iter().filter_map(|n| Some(n.surface?.1)).collect()),
         normals: seen.iter().filter_map(|n| Some(n.surface?.0)).collect(),
     })
 }
@@ -124,13 +125,24 @@ fn look(at: Point, near: &[(f64, Point)], fixed: Fixed) -> Neighborhood {
     Neighborhood { crowded, spacing_m, surface }
 }
 
-/// The lower median; 0 where there is nothing.
-fn median(mut values: Vec<f64>) -> f64 {
+/// Steps to a factor of two on the scale of typical lengths.
+const STEPS: f64 = 16.0;
+/// Lengths of a regular raster differ by rounding alone.
+const REGULAR: f64 = 1e-6;
+
+/// The median: as it is on a regular raster, else the nearest of sixteen lengths in a factor of
+/// two, so that chance does not reach the size of a cell. 0 where there is nothing.
+fn typical(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
-    let middle = (values.len() - 1) / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    values.sort_unstable_by(f64::total_cmp);
+    let part = |of: usize, all: usize| values[(values.len() - 1) * of / all];
+    let median = part(1, 2);
+    if part(3, 5) - part(2, 5) <= REGULAR * median {
+        return median;
+    }
+    ((median.log2() * STEPS).round() / STEPS).exp2()
 }
 
 #[cfg(test)]
