@@ -43,7 +43,7 @@ impl From<Object> for RawObject {
             seen_fraction: object.seen_fraction,
             touches_edge: object.touches_edge,
             base: match object.base.kind {
-                Kind::RingPlane => "ring plane",
+                Kind::Ring => "ring",
                 Kind::RingLevel => "ring level",
                 Kind::Ground => "ground",
             },
@@ -94,7 +94,7 @@ pub(crate) fn measure_objects(
     let heights: Vec<f64> = heights_m.as_array().iter().copied().collect();
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground = Base::ground(ground.0, ground.1, ground.2);
-    let base = (!local).then_some(ground);
+    let base = (!local).then(|| ground.clone());
     let settings = Settings { toe_cells, ring_share, margin_m, base, ground };
     let objects =
         py.detach(|| piles::measure(&grid, &heights, &labels, &settings)).map_err(raise)?;

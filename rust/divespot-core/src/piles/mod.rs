@@ -6,6 +6,7 @@
 
 mod base;
 mod budget;
+mod film;
 mod outline;
 mod patch;
 mod pieces;
@@ -23,7 +24,7 @@ use patch::{Patch, Reach, Scene, Zone, flood};
 use territory::Territory;
 
 /// How objects are measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Steps of one cell around the labelled cells that may hold the toe.
     pub toe_cells: u32,
@@ -32,7 +33,7 @@ pub struct Settings {
     pub ring_share: f64,
     /// Cells this high above their base are the object's beyond doubt.
     pub margin_m: f64,
-    /// The base of every object; `None` for a plane through the ring around each.
+    /// The base of every object; `None` for a smooth surface through the ring around each.
     pub base: Option<Base>,
     /// The base where a ring says nothing.
     pub ground: Base,
@@ -95,7 +96,8 @@ pub fn measure(
 }
 
 fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
-    let base = settings.base.unwrap_or_else(|| ring_base(patch).unwrap_or(settings.ground));
+    let local = || ring_base(patch).unwrap_or_else(|| settings.ground.clone());
+    let base = settings.base.clone().unwrap_or_else(local);
     let height = |cell: usize| patch.heights_m[cell] - base.at(patch.grid.center(cell));
     let above: Vec<f64> = (0..patch.zones.len()).map(height).collect();
     let filled = fill_gaps(patch, &above);
@@ -108,7 +110,6 @@ fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
         label,
         volume: integrate(heights, patch.grid.cell_m),
         budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
-        base,
         footprint_m2: to_f64(covered.len()) * patch.grid.cell_m * patch.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
         centroid_m: centroid(patch, &base, &covered, &filled),
@@ -116,6 +117,7 @@ fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
         seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
         touches_edge: touches_edge(patch),
         reason: shape::why_no_pile(patch, &above, settings.margin_m),
+        base,
     }
 }
 
@@ -127,7 +129,8 @@ fn ring_base(patch: &Patch) -> Option<Base> {
         let [x, y] = patch.grid.center(cell);
         [x, y, patch.heights_m[cell]]
     };
-    Base::around([mean(0), mean(1)], &seen.map(place).collect::<Vec<_>>())
+    let ring: Vec<[f64; 3]> = seen.map(place).collect();
+    Some(Base::around([mean(0), mean(1)], &ring)?.with_film(&patch.grid, &ring))
 }
 
 /// Heights with the unseen cells closed: in the core, layer by layer, with the mean of the cells
