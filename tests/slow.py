@@ -56,3 +56,36 @@ def height_histogram(heights: Floats, bin_m: float, window: int) -> tuple[Floats
     half = window // 2
     smoothed = [counts[max(i - half, 0) : i + half + 1].mean() for i in range(len(counts))]
     return counts, np.array(smoothed)
+
+
+def plane(points: Floats) -> tuple[Floats, float, float]:
+    """Return normal, offset and root mean square distance of the least-squares plane."""
+    middle = points.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(points - middle, full_matrices=False)
+    normal: Floats = axes[2]
+    return normal, float(normal @ middle), float(sizes[2] / np.sqrt(len(points)))
+
+
+def height_map(points: NDArray[Any], cell_m: float) -> tuple[Floats, NDArray[np.int64], Floats]:
+    """Return mean height, not carried to the middle, count and relief of each cell."""
+    near = local(points)
+    columns, rows = np.floor(near[:, :2] / cell_m + 0.25).astype(int).T
+    shape = (rows.max() + 1, columns.max() + 1)
+    means, relief = np.full(shape, np.nan), np.zeros(shape)
+    counts = np.zeros(shape, dtype=np.int64)
+    for row, column in set(zip(rows.tolist(), columns.tolist(), strict=True)):
+        heights = near[(rows == row) & (columns == column), 2]
+        means[row, column], relief[row, column] = heights.mean(), np.ptp(heights)
+        counts[row, column] = len(heights)
+    low: Floats = points[np.isfinite(points).all(axis=1)].astype(np.float64).min(axis=0)
+    return means + low[2], counts, relief
+
+
+def integrate(above: Floats, cell_m: float) -> tuple[float, float, float]:
+    """Return cut, fill and area, cell by cell."""
+    cut = fill = area = 0.0
+    for height in above.ravel():
+        if height == height:  # noqa: PLR0124 - not so for NaN
+            cut, fill = cut + max(height, 0), fill + max(-height, 0)
+            area += 1
+    return cut * cell_m**2, fill * cell_m**2, area * cell_m**2

@@ -1,5 +1,6 @@
 """The ground grid: one height a cell, and its integral (paper, "Voxel Meshing Calculation")."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,7 +103,7 @@ def integrate(heights_m: ArrayLike, cell_m: float, *, base_m: ArrayLike = 0.0) -
 
     """
     heights, base = as_floats("heights_m", heights_m), as_floats("base_m", base_m)
-    if not number("cell_m", cell_m) > 0.0:
+    if not 0.0 < number("cell_m", cell_m) < math.inf:
         raise DivespotError(f"cell_m is {cell_m!r}: a finite number above 0 is needed")
     try:
         above = np.broadcast_to(heights - base, heights.shape)

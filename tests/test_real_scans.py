@@ -1,0 +1,65 @@
+"""Real scans, with no option given."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import divespot
+from divespot import DivespotError
+from reports import objects
+
+Find = Callable[[str], Path]
+
+
+def test_a_cardboard_box_before_a_tilted_camera(real_scan: Find) -> None:
+    report = divespot.measure(real_scan("kinectv2_box_1.ply"))
+    close = [o for o in objects(report) if o.volume_m3 == pytest.approx(0.0303, rel=0.15)]
+    assert len(close) == 1
+    assert close[0] == max(objects(report), key=lambda o: o.volume_m3)
+    assert report.source.dropped_zero == 15_081
+    assert report.ground.tilt_deg > 30
+
+
+def test_pixels_without_a_depth_are_no_ground(real_scan: Find) -> None:
+    report = divespot.measure(real_scan("livox_full_bin_with_zero_points.ply"))
+    assert report.source.points == 360_270
+    assert report.source.dropped_zero == 243_517
+
+
+def test_a_table_top_with_two_fifths_missing(real_scan: Find) -> None:
+    report = divespot.measure(real_scan("mosd_test0.pcd"))
+    assert report.source.points == 640 * 480
+    assert 0.3 < report.source.dropped_nonfinite / report.source.points < 0.5
+    # Things on a table: a few litres, not the table.
+    assert all(found.volume_m3 < 0.02 for found in objects(report))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "autzen_trim.laz",
+        "kinectv2_box_1.ply",
+        "livox_balls_25.ply",
+        "livox_balls_100.ply",
+        "livox_full_bin_with_zero_points.ply",
+        "lone-star.laz",
+        "lone-star.copc.laz",
+        "mosd_test0.pcd",
+        "mvk-thin.las",
+        "unitree_package1.pcd",
+        "unitree_package2.pcd",
+    ],
+)
+def test_every_scan_ends_in_a_report_or_one_sentence(real_scan: Find, name: str) -> None:
+    try:
+        report = divespot.measure(real_scan(name))
+    except DivespotError as error:
+        assert "\n" not in str(error)  # noqa: PT017 - the only error there may be
+    else:
+        assert report.piles or report.warnings
+        assert json.loads(report.to_json())["source"]["path"].endswith(name)
+        assert all(found.volume_m3 == found.cut_m3 - found.fill_m3 for found in objects(report))

@@ -1,0 +1,118 @@
+"""The settings: names, defaults, presets, and lengths that follow from the scan."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, fields, replace
+
+import numpy as np
+import pytest
+
+import divespot
+from divespot import DivespotError, Settings
+from reports import objects, result
+from solids import SOLIDS, sampled
+
+CONE = sampled(SOLIDS["cone"], 2.0**-6)
+LENGTHS = [item.name for item in fields(Settings) if item.name.endswith("_m")]
+
+
+@pytest.mark.parametrize("scale", [2.0**-10, 0.5, 4.0, 1024.0])
+def test_lengths_go_with_the_scan(scale: float) -> None:
+    one, other = divespot.measure(CONE).settings, divespot.measure(CONE * scale).settings
+    for name in LENGTHS:
+        assert getattr(other, name) == scale * getattr(one, name)
+    same = set(asdict(one)) - set(LENGTHS)
+    assert {name: getattr(one, name) for name in same} == {n: getattr(other, n) for n in same}
+
+
+def test_a_finer_scan_has_finer_cells() -> None:
+    coarse, fine = divespot.measure(CONE).settings, sampled(SOLIDS["cone"], 2.0**-7)
+    finer = divespot.measure(fine).settings
+    assert (coarse.cell_m, finer.cell_m) == (2.0**-5, 2.0**-6)
+    assert (coarse.radius_m, finer.radius_m) == (3 * 2.0**-6, 3 * 2.0**-7)
+
+
+@pytest.mark.parametrize("name", LENGTHS)
+def test_a_length_that_is_given_stays(name: str) -> None:
+    settings = Settings.of({name: 0.0625})
+    assert getattr(divespot.measure(CONE, settings).settings, name) == 0.0625
+
+
+def test_nothing_is_open_in_a_report() -> None:
+    open_ = {
+        name for name, value in asdict(divespot.measure(CONE).settings).items() if value is None
+    }
+    assert open_ == {"crop", "density_kg_m3"}
+
+
+def test_the_settings_of_a_report_measure_the_same_again() -> None:
+    report = divespot.measure(CONE)
+    assert result(divespot.measure(CONE, report.settings)) == result(report)
+
+
+def test_settings_and_single_settings_mean_the_same() -> None:
+    by_name = divespot.measure(CONE, cell_m=0.05, seed=3)
+    assert result(divespot.measure(CONE, Settings(cell_m=0.05, seed=3))) == result(by_name)
+    assert result(divespot.measure(CONE, Settings(cell_m=0.05), seed=3)) == result(by_name)
+
+
+def test_unknown_names_are_refused_beside_settings_too() -> None:
+    with pytest.raises(DivespotError, match=r"unknown setting 'cell': one of .*cell_m.* is needed"):
+        Settings.of({"cell": 0.1})
+    with pytest.raises(DivespotError, match="unknown setting 'cell'"):
+        Settings.paper(cell=0.1)
+
+
+def test_every_setting_has_a_text_for_people() -> None:
+    assert all(len(item.metadata["help"]) > 10 for item in fields(Settings))
+
+
+def test_settings_cannot_be_changed_afterwards() -> None:
+    with pytest.raises(AttributeError):
+        Settings().seed = 3  # type: ignore[misc]
+    assert replace(Settings(), seed=3) == Settings(seed=3)
+
+
+def test_the_paper_differs_by_settings_alone() -> None:
+    paper = Settings.paper()
+    changed = {n for n, v in asdict(paper).items() if v != getattr(Settings(), n)}
+    assert changed == {"scene_cluster", "voxel_m", "select", "base", "toe_m"}
+    assert Settings.paper(seed=3) == replace(paper, seed=3)
+    assert result(divespot.measure(CONE, paper)) == result(
+        divespot.measure(CONE, **{name: getattr(paper, name) for name in changed})
+    )
+
+
+def test_the_paper_cuts_the_toe_off() -> None:
+    paper, ours = divespot.measure(CONE, Settings.paper()), divespot.measure(CONE)
+    assert len(paper.piles) == 1
+    assert paper.piles[0].base == "ground"
+    assert 0.9 < paper.piles[0].volume_m3 / SOLIDS["cone"].volume_m3 < 1
+    assert abs(ours.piles[0].volume_m3 / SOLIDS["cone"].volume_m3 - 1) < 1e-3
+
+
+def test_the_paper_takes_the_largest_object_and_says_so() -> None:
+    two = np.r_[CONE, CONE * [1, 1, 0.75] + [2, 0, 0]]
+    assert len(divespot.measure(two).piles) == 2
+    report = divespot.measure(two, Settings.paper())
+    assert len(objects(report)) == 1
+    assert any("largest of 2 objects" in warning for warning in report.warnings)
+
+
+def test_factor_and_density_scale_their_results() -> None:
+    plain = divespot.measure(CONE).piles[0]
+    report = divespot.measure(CONE, factor=1.5, density_kg_m3=720.0, density_u_kg_m3=36.0)
+    pile = report.piles[0]
+    assert pile.volume_m3 == pytest.approx(1.5 * plain.volume_m3, rel=1e-12)
+    assert pile.u95_m3 == pytest.approx(1.5 * plain.u95_m3, rel=1e-12)
+    assert pile.mass_kg == pytest.approx(720 * pile.volume_m3, rel=1e-12)
+    expected = np.hypot(pile.u95_m3 / pile.volume_m3, 2 * 0.05) * (pile.mass_kg or 0)
+    assert pile.u95_mass_kg == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_seed_is_reported_and_repeats() -> None:
+    noise = np.random.default_rng(0).normal(0, 0.002, CONE.shape)
+    one, again = (divespot.measure(CONE + noise, seed=12) for _ in range(2))
+    assert one.seed == 12
+    assert result(one) == result(again)
+    assert divespot.measure(CONE + noise, seed=13).settings.cell_m != one.settings.cell_m
