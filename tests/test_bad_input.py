@@ -133,7 +133,7 @@ def test_wrong_values_of_a_setting_are_refused_by_name(name: str) -> None:
     for value in WRONG:
         if name in {"unit", "up"} and isinstance(value, str):
             continue
-        text = refusal(lambda value=value: divespot.measure(CONE, Settings.of({name: value})))  # type: ignore[misc]
+        text = refusal(lambda value=value: divespot.measure(CONE, **{name: value}))
         assert text.startswith(f"{name} is ")
         assert "needed" in text
 
@@ -164,7 +164,7 @@ def test_wrong_values_of_a_setting_are_refused_by_name(name: str) -> None:
     ],
 )
 def test_values_out_of_range_are_refused_by_name(name: str, value: object) -> None:
-    text = refusal(lambda: divespot.measure(CONE, Settings.of({name: value})))
+    text = refusal(lambda: divespot.measure(CONE, Settings().changed(**{name: value})))
     assert "needed" in text
     assert name in text or (name == "up" and "axis" in text)
 
@@ -181,7 +181,7 @@ def test_values_out_of_range_are_refused_by_name(name: str, value: object) -> No
 )
 def test_settings_that_leave_nothing_are_refused(changes: dict[str, object], message: str) -> None:
     with pytest.raises(DivespotError, match=message):
-        divespot.measure(CONE, Settings.of(changes))
+        divespot.measure(CONE, Settings().changed(**changes))
 
 
 NUMBERS = st.one_of(
@@ -214,7 +214,7 @@ def test_any_few_points_end_in_a_report_or_one_sentence(
     points: Floats, changes: dict[str, object]
 ) -> None:
     try:
-        report = divespot.measure(points, Settings.of(changes))
+        report = divespot.measure(points, Settings().changed(**changes))
     except DivespotError as error:
         assert "\n" not in str(error)  # noqa: PT017 - the only error there may be
     else:

@@ -76,7 +76,8 @@ def find_objects(
     """
     heights = grid.heights_m.ravel()
     labels = np.full(len(heights), -1, dtype=np.int32)
-    above = np.flatnonzero(heights > ground.height_m + given(settings.margin_m))
+    level = ground.height_m + given(settings.margin_m)
+    above = np.flatnonzero(heights > level)
     x, y = grid.centers_m()
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
     if given(settings.fine_radius_m) > 0.0:
@@ -87,7 +88,7 @@ def find_objects(
     found = find_clusters(cells, settings.link_m, settings)
     labels[above] = found
     gap = max(_steps(grid, settings.link_m) - 1, 0)
-    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
+    labels = _native.pieces(grid.heights_m, labels, gap, settings.min_cluster_size, level)
     if settings.select == "largest":
         _warn_of_dropped(labels, warn)
         labels[labels > 0] = -1
@@ -185,9 +186,11 @@ def doubts(
     """Return what a user should know before trusting the numbers."""
     found = []
     if not piles:
-        what = (
-            f"{len(others)} other objects were found" if others else "nothing stands on the ground"
+        nothing = (
+            f"nothing of {settings.min_cluster_size} cells or more stands higher than "
+            f"margin_m = {settings.margin_m:.2g} above the ground"
         )
+        what = f"{len(others)} other objects were found" if others else nothing
         found.append(f"no pile was found: {what}")
     share = pose.plane.inliers / points
     if share < FLAT_SHARE:

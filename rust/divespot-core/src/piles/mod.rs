@@ -15,7 +15,7 @@ mod territory;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
-pub use pieces::pieces;
+pub use pieces::{flow_down, pieces};
 pub use shape::Reason;
 
 use crate::error::{Error, Result};

@@ -3,7 +3,7 @@
 //! A cluster that HDBSCAN keeps whole takes along what lies as far off as its nearest neighbour
 //! cluster does: single cells of noise, each of which would be given a toe of its own.
 
-use super::territory::NOBODY;
+use super::territory::{FOUR, NOBODY};
 use crate::heightmap::Grid;
 
 /// Splits every object into pieces with no gap wider than `gap` cells, numbered by size.
@@ -23,6 +23,29 @@ pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> 
         piece.into_iter().for_each(|cell| out[cell] = label);
     }
     out
+}
+
+/// Gives to every object the nobody's cells that lie downhill of its own, above `level_m`.
+///
+/// Points are far apart on a steep flank, so that clusters end where it begins. Uphill nothing is
+/// taken: a wall that an object leans on is not its own.
+pub fn flow_down(grid: &Grid, heights_m: &[f64], labels: &mut [i32], level_m: f64) {
+    let mut front: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] != NOBODY).collect();
+    front.sort_by_key(|&cell| labels[cell]);
+    while !front.is_empty() {
+        let mut next = Vec::new();
+        for cell in front {
+            for (dx, dy) in FOUR {
+                let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
+                let downhill = heights_m[n] > level_m && heights_m[n] <= heights_m[cell];
+                if labels[n] == NOBODY && downhill {
+                    labels[n] = labels[cell];
+                    next.push(n);
+                }
+            }
+        }
+        front = next;
+    }
 }
 
 /// The piece that `first` belongs to, taken out of `left`.
@@ -67,5 +90,14 @@ mod tests {
         assert_eq!(pieces(&grid, &labels, 1, 2), whole);
         assert_eq!(pieces(&grid, &labels, 1, 7), [-1; 20]);
         assert_eq!(pieces(&grid, &labels, 2, 6)[16], 0);
+    }
+
+    #[test]
+    fn a_flank_is_taken_and_a_wall_is_not() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 7, rows: 1 };
+        let heights = [0.0, 3.0, 7.0, 9.0, 9.5, f64::NAN, 1.0];
+        let mut labels = [-1, -1, -1, 4, -1, -1, -1];
+        flow_down(&grid, &heights, &mut labels, 1.0);
+        assert_eq!(labels, [-1, 4, 4, 4, -1, -1, -1]);
     }
 }
