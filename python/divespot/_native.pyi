@@ -132,13 +132,7 @@ class RawObject:
     @property
     def grid_m3(self) -> float: ...
 
-def pieces(
-    heights_m: NDArray[np.float64],
-    labels: NDArray[np.int32],
-    gap: int,
-    fewest: int,
-    level_m: float,
-) -> NDArray[np.int32]: ...
+def pieces(labels: NDArray[np.int32], gap: int, fewest: int) -> NDArray[np.int32]: ...
 def measure_objects(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],

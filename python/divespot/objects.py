@@ -76,8 +76,7 @@ def find_objects(
     """
     heights = grid.heights_m.ravel()
     labels = np.full(len(heights), -1, dtype=np.int32)
-    level = ground.height_m + given(settings.margin_m)
-    above = np.flatnonzero(heights > level)
+    above = np.flatnonzero(heights > ground.height_m + given(settings.margin_m))
     x, y = grid.centers_m()
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
     if given(settings.fine_radius_m) > 0.0:
@@ -88,7 +87,7 @@ def find_objects(
     found = find_clusters(cells, settings.link_m, settings)
     labels[above] = found
     gap = max(_steps(grid, settings.link_m) - 1, 0)
-    labels = _native.pieces(grid.heights_m, labels, gap, settings.min_cluster_size, level)
+    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
     if settings.select == "largest":
         _warn_of_dropped(labels, warn)
         labels[labels > 0] = -1

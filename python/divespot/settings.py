@@ -34,7 +34,7 @@ class Settings:
         "largest angle between a given up and the ground's normal", 45.0, most=90.0
     )
     radius_m: float | None = length("radius of the filter of stray points; 0: no filter")
-    min_neighbors: int = count("neighbours that a point needs within the radius", 4, 0)
+    min_neighbors: int = count("neighbours that a point needs within the radius", 5, 0)
     scene_cluster: bool = flag("keep only the largest cluster of the whole scene (paper)")
     voxel_m: float | None = length(
         "edge of the voxels for uniform sampling; 0: none", 0.0, derivable=True
@@ -116,7 +116,7 @@ class Settings:
         spacing, roughness = survey.spacing_m, survey.roughness_m
         cell = 2.0 * spacing if self.cell_m is None else self.cell_m
         return self._completed(
-            radius_m=3.0 * spacing,
+            radius_m=4.0 * spacing,
             voxel_m=2.0 * spacing,
             plane_threshold_m=max(1.5 * spacing, 4.0 * roughness),
             cell_m=cell,

@@ -18,14 +18,14 @@ const COMPARED: usize = 5000;
 const LEAST_SHARE: f64 = 0.02;
 /// A point counts as above or below when it is this many thresholds off the plane.
 const CLEAR: f64 = 2.0;
-/// Slopes between these angles to the ground are taken for bulk material (repose 20° to 45°, less
-/// at the tip and the toe).
-const SLOPES_RAD: (f64, f64) = (0.14, 0.87);
-/// What a point below and a sloping point weigh, against one on the plane.
-const BELOW: f64 = 4.0;
+/// Slopes between these angles to the ground are taken for bulk material (repose 20° to 45°);
+/// below lies the noise of the floor's normals.
+const SLOPES_RAD: (f64, f64) = (0.26, 0.87);
+/// What a sloping point and a point below weigh, against one on the plane.
 const SLOPING: f64 = 2.0;
+const BELOW: f64 = 2.0;
 /// Where nothing else decides, z is up.
-const UPRIGHT: f64 = 0.1;
+const UPRIGHT: f64 = 0.05;
 
 /// Finds the ground and orients its normal upwards.
 ///
@@ -72,17 +72,16 @@ fn sides(plane: Plane, cone: Option<Cone>) -> Vec<Plane> {
 
 /// How much speaks for this plane being the ground.
 ///
-/// For it: points on it, reaching as far as the scan does, and slopes above it. Against it: points
-/// below. The flank of a pile, with its other side up, has nothing below it and slopes above, but
-/// reaches nowhere.
+/// For it: points on it and slopes above it, as far as it reaches. Against it: points below. The
+/// flank of a pile or the top of a box, with its other side up, has nothing below it and much
+/// above, but reaches nowhere.
 fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -> f64 {
     let on: Vec<Point> =
         drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).copied().collect();
     let below = drawn.iter().filter(|p| plane.height(p) < -CLEAR * threshold_m).count();
-    let share = |count: usize| to_f64(count) / to_f64(drawn.len());
-    share(on.len()) + reach(plane, &on, drawn) - BELOW * share(below)
-        + SLOPING * sloping(plane, normals, threshold_m)
-        + UPRIGHT * plane.normal[2]
+    let share = |count: usize| count as f64 / drawn.len() as f64;
+    let support = share(on.len()) + SLOPING * sloping(plane, normals, threshold_m);
+    reach(plane, &on, drawn) * support - BELOW * share(below) + UPRIGHT * plane.normal[2]
 }
 
 /// The part of the scan's extent, seen along the normal, over which the plane's points reach.

@@ -61,29 +61,20 @@ impl From<Object> for RawObject {
     }
 }
 
-/// Labels of objects in one piece, with the flanks that flow down from them.
 #[pyfunction]
 pub(crate) fn pieces<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
-    labels: PyReadonlyArray1<'py, i32>,
+    labels: PyReadonlyArray2<'py, i32>,
     gap: u32,
     fewest: usize,
-    level_m: f64,
 ) -> Bound<'py, PyArray1<i32>> {
-    let grid = grid(&heights_m, [0.0; 2], 1.0);
-    let heights: Vec<f64> = heights_m.as_array().iter().copied().collect();
-    let labels: Vec<i32> = labels.as_array().iter().copied().collect();
-    let pieces = py.detach(|| {
-        let mut pieces = piles::pieces(&grid, &labels, gap, fewest);
-        piles::flow_down(&grid, &heights, &mut pieces, level_m);
-        pieces
-    });
-    pieces.into_pyarray(py)
+    let labels = labels.as_array();
+    let grid = grid(labels.dim(), [0.0; 2], 1.0);
+    let labels: Vec<i32> = labels.iter().copied().collect();
+    py.detach(|| piles::pieces(&grid, &labels, gap, fewest)).into_pyarray(py)
 }
 
-fn grid(heights_m: &PyReadonlyArray2<'_, f64>, origin_m: [f64; 2], cell_m: f64) -> Grid {
-    let (rows, columns) = heights_m.as_array().dim();
+fn grid((rows, columns): (usize, usize), origin_m: [f64; 2], cell_m: f64) -> Grid {
     Grid { origin_m, cell_m, columns, rows }
 }
 
@@ -101,7 +92,7 @@ pub(crate) fn measure_objects(
     ground: (f64, f64, f64),
     local: bool,
 ) -> PyResult<Vec<RawObject>> {
-    let grid = grid(&heights_m, origin_m, cell_m);
+    let grid = grid(heights_m.as_array().dim(), origin_m, cell_m);
     let heights: Vec<f64> = heights_m.as_array().iter().copied().collect();
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground = Base::ground(ground.0, ground.1, ground.2);

@@ -15,7 +15,8 @@ mod territory;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
-pub use pieces::{flow_down, pieces};
+use pieces::flow_down;
+pub use pieces::pieces;
 pub use shape::Reason;
 
 use crate::error::{Error, Result};
@@ -86,20 +87,29 @@ pub fn measure(
     if labels.len() != grid.len() || heights_m.len() != grid.len() {
         return Err(Error::Degenerate("one height and one label for each cell are needed"));
     }
-    let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
-    let farthest = reach.iter().map(|r| r.toe + r.ring).max().unwrap_or(0);
-    let territory = Territory::grow(grid, labels, farthest);
     let beyond = flood(grid, |cell| heights_m[cell].is_nan());
-    let patches =
-        Patch::all(&Scene { grid, heights_m, beyond: &beyond }, labels, &territory, &reach);
-    Ok(patches.into_iter().map(|(label, patch)| object(label, &patch, settings)).collect())
+    let scene = Scene { grid, heights_m, beyond: &beyond };
+    let mut with_flanks = labels.to_vec();
+    flow_down(grid, heights_m, &mut with_flanks, settings.ground.level_m + settings.margin_m);
+    let found = patches(&scene, labels, settings).into_iter();
+    let whole = patches(&scene, &with_flanks, settings).into_iter();
+    Ok(found
+        .zip(whole)
+        .map(|((n, found), (_, whole))| object(n, &found, &whole, settings))
+        .collect())
 }
 
-fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
+fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, Patch)> {
+    let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
+    let farthest = reach.iter().map(|r| r.toe + r.ring).max().unwrap_or(0);
+    Patch::all(scene, labels, &Territory::grow(scene.grid, labels, farthest), &reach)
+}
+
+/// Measures `patch`, the object with its flanks; `found`, without them, tells whether it is a pile.
+fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Object {
     let local = || ring_base(patch).unwrap_or_else(|| settings.ground.clone());
     let base = settings.base.clone().unwrap_or_else(local);
-    let height = |cell: usize| patch.heights_m[cell] - base.at(patch.grid.center(cell));
-    let above: Vec<f64> = (0..patch.zones.len()).map(height).collect();
+    let above = above_base(patch, &base);
     let filled = fill_gaps(patch, &above);
     let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
     let heights = (0..filled.len()).filter(|&cell| held(cell)).map(|cell| filled[cell]);
@@ -116,9 +126,14 @@ fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
         touches_edge: touches_edge(patch),
-        reason: shape::why_no_pile(patch, &above, settings.margin_m),
+        reason: shape::why_no_pile(found, &above_base(found, &base), settings.margin_m),
         base,
     }
+}
+
+fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
+    let heights = patch.heights_m.iter().enumerate();
+    heights.map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
 }
 
 fn ring_base(patch: &Patch) -> Option<Base> {

@@ -29,7 +29,7 @@ pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> 
 ///
 /// Points are far apart on a steep flank, so that clusters end where it begins. Uphill nothing is
 /// taken: a wall that an object leans on is not its own.
-pub fn flow_down(grid: &Grid, heights_m: &[f64], labels: &mut [i32], level_m: f64) {
+pub(crate) fn flow_down(grid: &Grid, heights_m: &[f64], labels: &mut [i32], level_m: f64) {
     let mut front: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] != NOBODY).collect();
     front.sort_by_key(|&cell| labels[cell]);
     while !front.is_empty() {
