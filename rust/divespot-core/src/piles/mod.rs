@@ -89,14 +89,29 @@ pub fn measure(
     }
     let beyond = flood(grid, |cell| heights_m[cell].is_nan());
     let scene = Scene { grid, heights_m, beyond: &beyond };
-    let mut with_flanks = labels.to_vec();
-    flow_down(grid, heights_m, &mut with_flanks, settings.ground.level_m + settings.margin_m);
-    let found = patches(&scene, labels, settings).into_iter();
-    let whole = patches(&scene, &with_flanks, settings).into_iter();
-    Ok(found
-        .zip(whole)
-        .map(|((n, found), (_, whole))| object(n, &found, &whole, settings))
-        .collect())
+    let found = patches(&scene, labels, settings);
+    if settings.base.is_some() {
+        return Ok(found.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
+    }
+    let whole = patches(&scene, &with_flanks(&scene, labels, &found, settings), settings);
+    let pairs = found.iter().zip(&whole);
+    Ok(pairs.map(|((n, found), (_, whole))| object(*n, found, whole, settings)).collect())
+}
+
+/// The labels, and with them the cells that flow down from each object to the ground around it.
+fn with_flanks(
+    scene: &Scene<'_>,
+    labels: &[i32],
+    found: &[(i32, Patch)],
+    settings: &Settings,
+) -> Vec<i32> {
+    let local = |(n, patch): &(i32, Patch)| Some((*n, ring_base(patch)?));
+    let bases: std::collections::BTreeMap<i32, Base> = found.iter().filter_map(local).collect();
+    let clear = |n: i32, cell: usize| {
+        let base = bases.get(&n).unwrap_or(&settings.ground);
+        scene.heights_m[cell] > base.at(scene.grid.center(cell)) + settings.margin_m
+    };
+    flow_down(scene.grid, scene.heights_m, labels, clear)
 }
 
 fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, Patch)> {
