@@ -38,7 +38,8 @@ fn a_cone_on_a_sloping_floor_keeps_its_toe() {
     let object = cone_on(|x, y| 3.0 + 0.04 * x - 0.02 * y);
     assert!((object.volume.net_m3() / CONE_M3 - 1.0).abs() < 2e-3, "{object:?}");
     assert_eq!((object.reason, object.touches_edge, object.base.kind), (None, false, Kind::Ring));
-    assert!((object.footprint_m2 / (std::f64::consts::PI * 1.44) - 1.0).abs() < 0.05);
+    let footprint = object.footprint_m2 / (std::f64::consts::PI * 1.44);
+    assert!((footprint - 1.0).abs() < 0.08, "{footprint}");
     assert!((object.centroid_m[0] - 4.0).abs() < 0.01 && (object.centroid_m[1] - 3.0).abs() < 0.01);
     assert!((object.seen_fraction - 1.0).abs() < 1e-12);
     assert!(object.outline_m.len() > 20);
