@@ -2,10 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::parallel::share;
+use crate::parallel::{fill_chunks, share};
 
 use super::forest::Forest;
-use super::knn::Neighbors;
+use super::knn::{BEYOND, Neighbors};
 use super::stop;
 use super::tree::{LEAF, Node, Tree, Visitor, larger, smaller};
 
@@ -85,9 +85,13 @@ struct Rounds<'a> {
 impl<'a> Rounds<'a> {
     fn new(tree: &'a Tree, neighbors: Neighbors, threads: usize, cancel: &'a AtomicBool) -> Self {
         let count = tree.rows.len();
-        let Neighbors { cores, lists, width } = neighbors;
-        let exit =
-            |&core| Exit { least: core, weight: f32::INFINITY, to: NONE, listed: width as u32 };
+        let Neighbors { cores, reaches, lists, width } = neighbors;
+        let exit = |(&core, &reach): (&f32, &f32)| Exit {
+            least: larger(core, reach),
+            weight: f32::INFINITY,
+            to: NONE,
+            listed: width as u32,
+        };
         let flat = cores.as_flattened();
         Self {
             threads,
@@ -95,7 +99,7 @@ impl<'a> Rounds<'a> {
             node_cores: up(tree, f32::INFINITY, |place| flat[place], smaller),
             components: vec![[NONE; LEAF]; cores.len()],
             node_components: vec![NONE; tree.nodes.len()],
-            exits: flat[..count].iter().map(exit).collect(),
+            exits: flat.iter().zip(&reaches).map(exit).collect(),
             best: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(),
             forest: Forest::new(count),
             live: (0..count as u32).collect(),
@@ -114,7 +118,7 @@ impl<'a> Rounds<'a> {
         let cores = self.cores.as_flattened();
         for (place, list) in self.lists.chunks_exact(self.width).enumerate() {
             let weight = cores[place];
-            let below = |&&other: &&u32| cores[other as usize] <= weight;
+            let below = |&&other: &&u32| other & BEYOND == 0 && cores[other as usize] <= weight;
             if let Some(&other) = list.iter().find(below) {
                 let edge = Edge { weight, a: place as u32, b: other };
                 self.edges.extend(self.forest.join(edge.a, edge.b).then_some(edge));
@@ -143,19 +147,24 @@ impl<'a> Rounds<'a> {
             self.live.iter().copied().max_by_key(|&root| forest.size(root)).unwrap_or(NONE);
     }
 
+    /// Gives every place the root of its component, and every node that of its places.
     fn relabel(&mut self) {
         let count = self.exits.len();
-        let components = self.components.as_flattened_mut();
-        for (place, component) in (0..).zip(&mut components[..count]) {
-            *component = self.forest.find(place);
-        }
+        let forest = &self.forest;
+        fill_chunks(&mut self.components.as_flattened_mut()[..count], CHUNK * LEAF, self.threads, |first, part| {
+            for (place, component) in (first as u32..).zip(part) {
+                *component = forest.root(if *component == NONE { place } else { *component });
+            }
+        });
         let both = |a, b| if a == b { a } else { NONE };
-        self.node_components = up(self.tree, NONE, |place| components[place.min(count - 1)], both);
+        let components = self.components.as_flattened();
+        self.node_components =
+            up(self.tree, NONE, |place| components[place.min(count - 1)], both);
     }
 
     /// First pass of a round: neighbours found before that still lie outside.
     fn offer_neighbors(&mut self) {
-        let Self { exits, lists, components, cores, best, .. } = self;
+        let Self { exits, lists, components, cores, best, tree, .. } = self;
         let (components, cores) = (components.as_flattened(), cores.as_flattened());
         let (width, largest, cancel) = (self.width, self.largest, self.cancel);
         let pieces = exits.chunks_mut(CHUNK * LEAF).zip(lists.chunks_mut(CHUNK * LEAF * width));
@@ -169,10 +178,11 @@ impl<'a> Rounds<'a> {
                 if own == largest {
                     continue;
                 }
-                if exit.to == NONE || components[exit.to as usize] == own {
-                    *exit = exit.listed(list, own, cores[place], components, cores);
+                let gone = exit.to == NONE || components[exit.to as usize] == own;
+                if gone && cores[place] < weight(best[own as usize].load(Ordering::Relaxed)) {
+                    *exit = exit.listed(list, own, place, components, cores, tree);
                 }
-                if exit.to != NONE {
+                if exit.to != NONE && components[exit.to as usize] != own {
                     offer(&best[own as usize], exit.weight, place);
                 }
             }
@@ -239,20 +249,34 @@ impl Exit {
         self,
         list: &mut [u32],
         own: u32,
-        core: f32,
+        place: usize,
         components: &[u32],
         cores: &[f32],
+        tree: &Tree,
     ) -> Self {
+        let core = cores[place];
         let mut exit = Self { to: NONE, weight: f32::INFINITY, listed: 0, ..self };
-        for i in 0..self.listed as usize {
-            let other = list[i];
-            if components[other as usize] != own {
-                list[exit.listed as usize] = other;
-                exit.listed += 1;
-                let weight = larger(core, cores[other as usize]);
-                if weight < exit.weight {
-                    (exit.weight, exit.to) = (weight, other);
-                }
+        let listed = self.listed as usize;
+        for i in 0..listed {
+            let entry = list[i];
+            let other = entry & !BEYOND;
+            if components[other as usize] == own {
+                continue;
+            }
+            let mut weight = larger(core, cores[other as usize]);
+            if entry != other {
+                let distance = tree.distance(place, other as usize);
+                weight = larger(weight, distance);
+            }
+            if weight < exit.weight {
+                (exit.weight, exit.to) = (weight, other);
+            }
+            list[exit.listed as usize] = entry;
+            exit.listed += 1;
+            if exit.weight <= core {
+                list.copy_within(i + 1..listed, exit.listed as usize);
+                exit.listed += (listed - i - 1) as u32;
+                break;
             }
         }
         exit
@@ -342,9 +366,10 @@ impl<'a> Search<'a> {
         let rounds = self.rounds;
         let first = leaf * LEAF;
         let (cores, components) = (&rounds.cores[leaf], &rounds.components[leaf]);
+        let gaps = node.gaps(&rounds.tree.blocks[self.first / LEAF]);
         for query in &mut self.queries[..self.count] {
             let bound = rounds.bound(query.component);
-            let gap = node.gap_to(query.at);
+            let gap = gaps[query.lane];
             if gap >= bound {
                 query.least = smaller(query.least, gap);
                 continue;

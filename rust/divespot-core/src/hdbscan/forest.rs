@@ -25,6 +25,15 @@ impl Forest {
         }
     }
 
+    /// The root of the set that holds `i`.
+    #[inline]
+    pub(super) fn root(&self, mut i: u32) -> u32 {
+        while !self.is_root(i) {
+            i = self.parents[i as usize];
+        }
+        i
+    }
+
     #[inline]
     pub(super) fn is_root(&self, i: u32) -> bool {
         self.parents[i as usize] == i
