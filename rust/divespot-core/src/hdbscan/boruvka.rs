@@ -151,15 +151,19 @@ impl<'a> Rounds<'a> {
     fn relabel(&mut self) {
         let count = self.exits.len();
         let forest = &self.forest;
-        fill_chunks(&mut self.components.as_flattened_mut()[..count], CHUNK * LEAF, self.threads, |first, part| {
-            for (place, component) in (first as u32..).zip(part) {
-                *component = forest.root(if *component == NONE { place } else { *component });
-            }
-        });
+        fill_chunks(
+            &mut self.components.as_flattened_mut()[..count],
+            CHUNK * LEAF,
+            self.threads,
+            |first, part| {
+                for (place, component) in (first as u32..).zip(part) {
+                    *component = forest.root(if *component == NONE { place } else { *component });
+                }
+            },
+        );
         let both = |a, b| if a == b { a } else { NONE };
         let components = self.components.as_flattened();
-        self.node_components =
-            up(self.tree, NONE, |place| components[place.min(count - 1)], both);
+        self.node_components = up(self.tree, NONE, |place| components[place.min(count - 1)], both);
     }
 
     /// First pass of a round: neighbours found before that still lie outside.

@@ -47,7 +47,8 @@ pub(super) fn all_neighbors(
         .zip(reaches.chunks_mut(CHUNK * LEAF))
         .zip(lists.chunks_mut(CHUNK * LEAF * width));
     share(pieces.enumerate(), threads, |(chunk, ((cores, reaches), lists))| {
-        let out = cores.iter_mut().zip(reaches.chunks_mut(LEAF)).zip(lists.chunks_mut(LEAF * width));
+        let out =
+            cores.iter_mut().zip(reaches.chunks_mut(LEAF)).zip(lists.chunks_mut(LEAF * width));
         let mut search = Search::new(tree, k, width);
         for (leaf, ((cores, reaches), lists)) in (chunk * CHUNK..).zip(out) {
             if stop(cancel).is_err() {
@@ -238,7 +239,8 @@ impl Found {
         let mut ranks = [0u32; 64];
         self.rank(&mut ranks);
         for i in 0..self.count {
-            self.sorted[ranks[i] as usize & 63] = u64::from(self.distances[i].to_bits()) << 32 | u64::from(self.places[i]);
+            self.sorted[ranks[i] as usize & 63] =
+                u64::from(self.distances[i].to_bits()) << 32 | u64::from(self.places[i]);
         }
         &self.sorted
     }

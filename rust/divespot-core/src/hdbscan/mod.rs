@@ -13,6 +13,9 @@ mod select;
 mod sort;
 mod tree;
 
+#[cfg(test)]
+mod tests;
+
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{Bounds, Error, Point, Result, thread_count};
@@ -73,9 +76,24 @@ pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Re
         return Ok(Clusters { labels, probabilities, mst_weights: Vec::new() });
     }
     let threads = thread_count(settings.threads);
-    let cpu = || std::fs::read_to_string("/proc/thread-self/schedstat").ok().and_then(|s| s.split(' ').next().and_then(|v| v.parse::<f64>().ok())).unwrap_or(0.0) / 1e6;
+    let cpu = || {
+        std::fs::read_to_string("/proc/thread-self/schedstat")
+            .ok()
+            .and_then(|s| s.split(' ').next().and_then(|v| v.parse::<f64>().ok()))
+            .unwrap_or(0.0)
+            / 1e6
+    };
     let mut t0 = (std::time::Instant::now(), cpu());
-    let mut lap = |s: &str| if std::env::var_os("HDB_TIME").is_some() { eprintln!("  {s} {:.1} ms, cpu {:.1}", t0.0.elapsed().as_secs_f64()*1e3, cpu() - t0.1); t0 = (std::time::Instant::now(), cpu()); };
+    let mut lap = |s: &str| {
+        if std::env::var_os("HDB_TIME").is_some() {
+            eprintln!(
+                "  {s} {:.1} ms, cpu {:.1}",
+                t0.0.elapsed().as_secs_f64() * 1e3,
+                cpu() - t0.1
+            );
+            t0 = (std::time::Instant::now(), cpu());
+        }
+    };
     let tree = tree::Tree::new(points, |p| frame.map(p), threads, cancel)?;
     lap("tree");
     let k = settings.min_samples.min(points.len() - 1);
