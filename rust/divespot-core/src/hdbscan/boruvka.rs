@@ -120,8 +120,7 @@ impl<'a> Rounds<'a> {
             let weight = cores[place];
             let below = |&&other: &&u32| other & BEYOND == 0 && cores[other as usize] <= weight;
             if let Some(&other) = list.iter().find(below) {
-                let edge = Edge { weight, a: place as u32, b: other };
-                self.edges.extend(self.forest.join(edge.a, edge.b).then_some(edge));
+                add(&mut self.edges, &mut self.forest, Edge { weight, a: place as u32, b: other });
             }
         }
         self.thin_out();
@@ -133,7 +132,7 @@ impl<'a> Rounds<'a> {
             let best = self.best[root as usize].swap(u64::MAX, Ordering::Relaxed);
             if let Some(exit) = self.exits.get(best as u32 as usize) {
                 let edge = Edge { weight: exit.weight, a: best as u32, b: exit.to };
-                self.edges.extend(self.forest.join(edge.a, edge.b).then_some(edge));
+                add(&mut self.edges, &mut self.forest, edge);
             }
         }
         self.thin_out();
@@ -209,6 +208,15 @@ impl<'a> Rounds<'a> {
     #[inline]
     fn bound(&self, component: u32) -> f32 {
         weight(self.best[component as usize].load(Ordering::Relaxed))
+    }
+}
+
+/// Adds an edge unless it closes a cycle.
+fn add(edges: &mut Vec<Edge>, forest: &mut Forest, edge: Edge) {
+    let (a, b) = (forest.find(edge.a), forest.find(edge.b));
+    if a != b {
+        forest.join(a, b);
+        edges.push(edge);
     }
 }
 

@@ -10,7 +10,6 @@ mod forest;
 mod knn;
 mod label;
 mod select;
-mod sort;
 mod tree;
 
 #[cfg(test)]
@@ -18,6 +17,7 @@ mod tests;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::order::sort_by;
 use crate::{Bounds, Error, Point, Result, thread_count};
 
 /// How clusters are taken from the hierarchy.
@@ -103,7 +103,7 @@ pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Re
     lap("boruvka");
     let rows = tree.rows;
     drop((tree.nodes, tree.blocks, tree.leaf_nodes));
-    let edges = sort::by_weight(&edges);
+    let edges = sort_by(edges, |edge| u64::from(edge.weight.to_bits()));
     stop(cancel)?;
     lap("sort");
     let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size);

@@ -82,7 +82,7 @@ fn assert_tree(name: &str, points: &[Point], min_samples: usize) {
 #[test]
 fn the_spanning_tree_is_that_of_prim() {
     for (name, points) in clouds() {
-        for min_samples in [1, 4, 10, 16, 17, 40] {
+        for min_samples in [1, 10, 17, 40] {
             assert_tree(name, &points, min_samples);
         }
     }
@@ -114,7 +114,7 @@ fn any_points() -> impl Strategy<Value = Vec<Point>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
     fn labels_are_those_of_the_definition(points in any_points(), settings in any_settings()) {
