@@ -1,1 +1,3 @@
+//! Criterion benches, one a kernel.
+
 fn main() {}

@@ -3,13 +3,46 @@
 from divespot._native import __version__
 from divespot.clustering import Clusters, hdbscan
 from divespot.errors import DivespotError
-from divespot.kernels import radius_outlier_mask, voxel_downsample
+from divespot.grid import HeightMap, Volume, height_map, integrate
+from divespot.kernels import (
+    HeightHistogram,
+    ground_height,
+    height_histogram,
+    radius_outlier_mask,
+    voxel_downsample,
+)
+from divespot.pipeline import measure
+from divespot.plane import Plane, fit_plane, rotation_to_z
+from divespot.report import Budget, Ground, Pile, Report, Source, Total
+from divespot.settings import Settings
+from divespot.spacing import Survey, point_spacing, survey
 
 __all__ = [
+    "Budget",
     "Clusters",
     "DivespotError",
+    "Ground",
+    "HeightHistogram",
+    "HeightMap",
+    "Pile",
+    "Plane",
+    "Report",
+    "Settings",
+    "Source",
+    "Survey",
+    "Total",
+    "Volume",
     "__version__",
+    "fit_plane",
+    "ground_height",
     "hdbscan",
+    "height_histogram",
+    "height_map",
+    "integrate",
+    "measure",
+    "point_spacing",
     "radius_outlier_mask",
+    "rotation_to_z",
+    "survey",
     "voxel_downsample",
 ]

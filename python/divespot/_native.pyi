@@ -1,9 +1,29 @@
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Any, Final, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["__version__", "hdbscan", "radius_outlier_mask", "voxel_downsample"]
+__all__ = [
+    "RawHeightMap",
+    "RawObject",
+    "__version__",
+    "align_to_rectangle",
+    "find_ground",
+    "fit_plane",
+    "ground_height",
+    "hdbscan",
+    "height_histogram",
+    "height_map",
+    "integrate",
+    "measure_objects",
+    "pieces",
+    "radius_outlier_mask",
+    "rotate",
+    "rotation_to_z",
+    "survey",
+    "voxel_downsample",
+]
 
 __version__: Final[str]
 
@@ -22,3 +42,101 @@ def radius_outlier_mask(
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
+def height_histogram(
+    heights_m: NDArray[Any], bin_m: float, window: int
+) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float64]]: ...
+def ground_height(
+    heights_m: NDArray[Any], bin_m: float, window: int, rule: str, lower_fraction: float
+) -> float: ...
+def survey(
+    points: NDArray[Any], seed: int, threads: int
+) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]: ...
+def find_ground(
+    points: NDArray[Any],
+    at: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    threshold_m: float,
+    hypotheses: int,
+    cone: tuple[Sequence[float], float] | None,
+    seed: int,
+    threads: int,
+) -> tuple[tuple[float, float, float], float, int, float]: ...
+def fit_plane(
+    points: NDArray[Any],
+    threshold_m: float,
+    hypotheses: int,
+    cone: tuple[Sequence[float], float] | None,
+    seed: int,
+    threads: int,
+) -> tuple[tuple[float, float, float], float, int, float]: ...
+def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]: ...
+def align_to_rectangle(points: NDArray[Any]) -> NDArray[np.float64]: ...
+def rotate(
+    points: NDArray[Any], rotation: Sequence[Sequence[float]], threads: int
+) -> NDArray[np.float64]: ...
+
+@final
+class RawHeightMap:
+    @property
+    def heights_m(self) -> NDArray[np.float64]: ...
+    @property
+    def counts(self) -> NDArray[np.uint32]: ...
+    @property
+    def relief_m(self) -> NDArray[np.float64]: ...
+    @property
+    def origin_m(self) -> tuple[float, float]: ...
+
+def height_map(points: NDArray[Any], cell_m: float) -> RawHeightMap: ...
+def integrate(
+    heights_above_base_m: NDArray[np.float64], cell_m: float
+) -> tuple[float, float, float]: ...
+
+@final
+class RawObject:
+    @property
+    def label(self) -> int: ...
+    @property
+    def cut_m3(self) -> float: ...
+    @property
+    def fill_m3(self) -> float: ...
+    @property
+    def footprint_m2(self) -> float: ...
+    @property
+    def max_height_m(self) -> float: ...
+    @property
+    def centroid_m(self) -> tuple[float, float, float]: ...
+    @property
+    def outline_m(self) -> list[tuple[float, float, float]]: ...
+    @property
+    def seen_fraction(self) -> float: ...
+    @property
+    def touches_edge(self) -> bool: ...
+    @property
+    def base(self) -> str: ...
+    @property
+    def reason(self) -> str | None: ...
+    @property
+    def u_m3(self) -> float: ...
+    @property
+    def noise_m3(self) -> float: ...
+    @property
+    def base_m3(self) -> float: ...
+    @property
+    def footprint_m3(self) -> float: ...
+    @property
+    def filled_m3(self) -> float: ...
+    @property
+    def grid_m3(self) -> float: ...
+
+def pieces(labels: NDArray[np.int32], gap: int, fewest: int) -> NDArray[np.int32]: ...
+def measure_objects(
+    heights_m: NDArray[np.float64],
+    origin_m: Sequence[float],
+    cell_m: float,
+    labels: NDArray[np.int32],
+    toe_cells: int,
+    ring_share: float,
+    margin_m: float,
+    ground: tuple[float, float, float],
+    local: bool,
+) -> list[RawObject]: ...

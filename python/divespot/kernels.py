@@ -6,6 +6,7 @@ The same points give the same bits, in any order and at any number of threads. T
 is free while a kernel runs. Bad input raises `divespot.errors.DivespotError`.
 """
 
+from dataclasses import dataclass
 from typing import Literal, overload
 
 import numpy as np
@@ -94,3 +95,98 @@ def voxel_downsample(
         as_floats("points", points), number("voxel_m", voxel_m), whole("threads", threads)
     )
     return (means, counts) if return_counts else means
+
+
+@dataclass(frozen=True, eq=False)
+class HeightHistogram:
+    """Points by height, bins from low to high.
+
+    Attributes
+    ----------
+    centers_m
+        Shape ``(bins,)``: the middle height of each bin.
+    counts
+        Shape ``(bins,)``: the heights in each bin.
+    smoothed
+        Shape ``(bins,)``: the mean count in the window around each bin.
+
+    """
+
+    centers_m: NDArray[np.float64]
+    counts: NDArray[np.uint32]
+    smoothed: NDArray[np.float64]
+
+
+def height_histogram(heights_m: ArrayLike, *, bin_m: float, window: int = 5) -> HeightHistogram:
+    """Count heights in bins and smooth the counts (paper, Algorithm 3).
+
+    The paper's window sums one bin more than it divides by and shifts its result by half a
+    window. Here the smoothed count of a bin is the mean of the bins around that bin; at the ends,
+    of those that exist.
+
+    Parameters
+    ----------
+    heights_m
+        Shape ``(n,)``. What is not finite is left out.
+    bin_m
+        Height of a bin. The first one starts 0.38 of it below the lowest height, so that heights
+        in whole multiples of a fraction of it stay clear of the edges of the bins.
+    window
+        Bins to average over: an odd number.
+
+    Raises
+    ------
+    DivespotError
+        `heights_m` have the wrong shape or type or nothing finite, a setting is out of range, or
+        there would be more than 2**24 bins.
+
+    """
+    return HeightHistogram(
+        *_native.height_histogram(
+            as_floats("heights_m", heights_m), number("bin_m", bin_m), whole("window", window)
+        )
+    )
+
+
+def ground_height(
+    heights_m: ArrayLike,
+    *,
+    bin_m: float,
+    window: int = 5,
+    rule: Literal["first", "lower", "midpoint"] = "lower",
+    lower_fraction: float = 0.5,
+) -> float:
+    """Find the height of the ground: a peak of the height histogram (paper, Algorithm 3).
+
+    The result is finer than a bin: the mean of the heights in the window around the peak.
+
+    Parameters
+    ----------
+    heights_m
+        Shape ``(n,)``. What is not finite is left out.
+    bin_m, window
+        As in `height_histogram`.
+    rule
+        ``"first"``: the lowest peak that reaches a tenth of the highest and then falls to half of
+        itself. ``"lower"``: the highest peak in the lower part. ``"midpoint"``: midway between
+        the lowest and the highest of the peaks in the lower part that reach half of the highest
+        one there, for a floor that registration split into several levels (paper, "When the
+        ground becomes uneven").
+    lower_fraction
+        The lower part is this share of the range from the 1st to the 99th percentile of the
+        heights, so that a stray point does not move it. A peak that its end cuts through is
+        followed upward to its top.
+
+    Raises
+    ------
+    DivespotError
+        As `height_histogram`; `rule` or `lower_fraction` is out of range.
+
+    """
+    return _native.ground_height(
+        as_floats("heights_m", heights_m),
+        number("bin_m", bin_m),
+        whole("window", window),
+        rule,
+        number("lower_fraction", lower_fraction),
+    )

@@ -5,6 +5,7 @@
 
 use crate::error::Result;
 use crate::plane::{Cone, Plane, Settings, fit_plane};
+use crate::pose::{hull_area, rotate, rotation_to_z};
 use crate::sample::sample;
 use crate::survey::Normal;
 use crate::{Error, Point};
@@ -12,7 +13,7 @@ use crate::{Error, Point};
 /// Planes that are looked at; a room shows five.
 const CANDIDATES: usize = 6;
 /// Candidates are searched and compared on this many points.
-const COMPARED: usize = 20_000;
+const COMPARED: usize = 5000;
 /// The smallest share of the points that a candidate may rest on.
 const LEAST_SHARE: f64 = 0.02;
 /// A point counts as above or below when it is this many thresholds off the plane.
@@ -23,6 +24,8 @@ const SLOPES_RAD: (f64, f64) = (0.14, 0.87);
 /// What a point below and a sloping point weigh, against one on the plane.
 const BELOW: f64 = 4.0;
 const SLOPING: f64 = 2.0;
+/// Where nothing else decides, z is up.
+const UPRIGHT: f64 = 0.1;
 
 /// Finds the ground and orients its normal upwards.
 ///
@@ -68,14 +71,25 @@ fn sides(plane: Plane, cone: Option<Cone>) -> Vec<Plane> {
 }
 
 /// How much speaks for this plane being the ground.
+///
+/// For it: points on it, reaching as far as the scan does, and slopes above it. Against it: points
+/// below. The flank of a pile, with its other side up, has nothing below it and slopes above, but
+/// reaches nowhere.
 fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -> f64 {
-    let share = |holds: &dyn Fn(f64) -> bool| {
-        let count = drawn.iter().filter(|p| holds(plane.height(p))).count();
-        to_f64(count) / to_f64(drawn.len())
-    };
-    let on = share(&|h| h.abs() <= threshold_m);
-    let below = share(&|h| h < -CLEAR * threshold_m);
-    on - BELOW * below + SLOPING * sloping(plane, normals, threshold_m)
+    let on: Vec<Point> =
+        drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).copied().collect();
+    let below = drawn.iter().filter(|p| plane.height(p) < -CLEAR * threshold_m).count();
+    let share = |count: usize| to_f64(count) / to_f64(drawn.len());
+    share(on.len()) + reach(plane, &on, drawn) - BELOW * share(below)
+        + SLOPING * sloping(plane, normals, threshold_m)
+        + UPRIGHT * plane.normal[2]
+}
+
+/// The part of the scan's extent, seen along the normal, over which the plane's points reach.
+fn reach(plane: &Plane, on: &[Point], drawn: &[Point]) -> f64 {
+    let Ok(rotation) = rotation_to_z(plane.normal) else { return 0.0 };
+    let area = |points: &[Point]| hull_area(&rotate(points, &rotation, 1));
+    area(on) / area(drawn).max(f64::MIN_POSITIVE)
 }
 
 /// The share of the normals that stand on a slope above the plane.

@@ -57,8 +57,8 @@ pub fn ground_height(
         GroundRule::Lower => [highest_peak(smoothed, part); 2].into(),
         GroundRule::Midpoint => series_of_peaks(smoothed, part),
     };
-    let top = |peak| top_m(&histogram, heights, peak);
-    Ok(top(first).midpoint(top(last)))
+    let sums = Sums::new(&histogram, heights);
+    Ok(sums.top_m(first).midpoint(sums.top_m(last)))
 }
 
 /// The first and the last bin of the lower part.
@@ -126,36 +126,53 @@ fn series_of_peaks(smoothed: &[f64], part: (usize, usize)) -> (usize, usize) {
     (first, last.max(highest))
 }
 
-/// The top of a peak, finer than a bin: the mean of the heights in the window around it.
+/// What the heights in each bin add up to, measured from the bin's own foot.
 ///
-/// The window follows the mean to its bin until it stays: where the counts wobble, or the window
-/// meets the end of the histogram, the highest average stands a few bins off the top.
-fn top_m(histogram: &HeightHistogram, heights: &[f64], mut peak: usize) -> f64 {
-    let mut mean = mean_around(histogram, heights, peak);
-    for _ in 0..MOST_MOVES {
-        let bin = histogram.bin_of(mean);
-        if bin == peak {
-            break;
-        }
-        peak = bin;
-        mean = mean_around(histogram, heights, peak);
-    }
-    mean
+/// Sums of whole numbers: the same bits in any order.
+struct Sums<'a> {
+    histogram: &'a HeightHistogram,
+    fixed: Fixed,
+    sums: Vec<i64>,
 }
 
-/// The mean of the heights in the window around bin `peak`, the same bits in any order.
-fn mean_around(histogram: &HeightHistogram, heights: &[f64], peak: usize) -> f64 {
-    let half = (histogram.window / 2).min(histogram.counts.len());
-    let fixed = Fixed::new((half + 2) as f64 * histogram.bin_m, heights.len());
-    let middle = peak as f64 * histogram.bin_m;
-    let (mut sum, mut count) = (0_i64, 0);
-    for &height in heights {
-        if histogram.bin_of(height).abs_diff(peak) <= half {
-            sum += fixed.encode(height - histogram.lowest_m - middle);
-            count += 1;
+impl<'a> Sums<'a> {
+    fn new(histogram: &'a HeightHistogram, heights: &[f64]) -> Self {
+        let fixed = Fixed::new(2.0 * histogram.bin_m, heights.len());
+        let mut sums = vec![0; histogram.counts.len()];
+        for &height in heights {
+            let above = height - histogram.lowest_m;
+            let bin = histogram.bin_of(height);
+            sums[bin] += fixed.encode(above - bin as f64 * histogram.bin_m);
         }
+        Self { histogram, fixed, sums }
     }
-    histogram.lowest_m + (middle + fixed.mean(sum.into(), count))
+
+    /// The top of a peak, finer than a bin: the mean of the heights in the window around it.
+    ///
+    /// The window follows the mean to its bin until it stays: where the counts wobble, or the
+    /// window meets the end of the histogram, the highest average stands a few bins off the top.
+    fn top_m(&self, mut peak: usize) -> f64 {
+        let mut mean = self.mean_around(peak);
+        for _ in 0..MOST_MOVES {
+            let bin = self.histogram.bin_of(mean);
+            if bin == peak {
+                break;
+            }
+            peak = bin;
+            mean = self.mean_around(peak);
+        }
+        mean
+    }
+
+    fn mean_around(&self, peak: usize) -> f64 {
+        let HeightHistogram { lowest_m, bin_m, ref counts, .. } = *self.histogram;
+        let bins = self.histogram.around(peak);
+        let sum: i64 = self.sums[bins.clone()].iter().sum();
+        let count: u32 = counts[bins.clone()].iter().sum();
+        let feet = bins.map(|bin| (bin as f64 - peak as f64) * f64::from(counts[bin])).sum::<f64>();
+        let above_peak = feet / f64::from(count) * bin_m + self.fixed.mean(sum, count);
+        lowest_m + (peak as f64 * bin_m + above_peak)
+    }
 }
 
 #[cfg(test)]

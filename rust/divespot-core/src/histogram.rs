@@ -1,5 +1,7 @@
 //! The distribution of heights: counts, and a moving average of them.
 
+use std::ops::Range;
+
 use crate::error::positive;
 use crate::voxel::ANCHOR;
 use crate::{Error, Result};
@@ -31,8 +33,23 @@ impl HeightHistogram {
 
     /// The bin of a height that the histogram counts.
     pub(crate) fn bin_of(&self, height: f64) -> usize {
-        steps(height - self.lowest_m, self.bin_m) as usize
+        cells(height - self.lowest_m, self.bin_m) as usize
     }
+
+    /// The bins in the window around bin `index`.
+    pub(crate) fn around(&self, index: usize) -> Range<usize> {
+        around(index, self.window, self.counts.len())
+    }
+}
+
+fn around(index: usize, window: usize, bins: usize) -> Range<usize> {
+    let half = window / 2;
+    index.saturating_sub(half)..bins.min(index.saturating_add(half + 1))
+}
+
+/// How far into the bins a height `above` the lowest lies.
+fn cells(above: f64, bin_m: f64) -> f64 {
+    above / bin_m + ANCHOR
 }
 
 /// Counts `heights` in bins of `bin_m` and smooths them over `window` bins.
@@ -54,35 +71,24 @@ pub fn height_histogram(heights: &[f64], bin_m: f64, window: usize) -> Result<He
     let none = Error::TooFewPoints { what: "a height histogram", given: 0, needed: 1 };
     let lowest_m = heights.iter().copied().reduce(f64::min).ok_or(none)?;
     let highest_m = heights.iter().copied().fold(lowest_m, f64::max);
-    let cells = steps(highest_m - lowest_m, bin_m) + 1.0;
-    if cells > MOST_BINS {
-        return Err(Error::GridTooLarge { name: "bin_m", cells });
+    let most = cells(highest_m - lowest_m, bin_m) + 1.0;
+    if most > MOST_BINS {
+        return Err(Error::GridTooLarge { name: "bin_m", cells: most });
     }
-    let mut counts = vec![0; cells as usize];
-    heights.iter().for_each(|&height| counts[steps(height - lowest_m, bin_m) as usize] += 1);
+    let mut counts = vec![0; most as usize];
+    heights.iter().for_each(|height| counts[cells(height - lowest_m, bin_m) as usize] += 1);
     let smoothed = moving_average(&counts, window);
     Ok(HeightHistogram { lowest_m, bin_m, window, counts, smoothed })
 }
 
-/// Whole bins up to a height above the lowest.
-fn steps(above: f64, bin_m: f64) -> f64 {
-    (above / bin_m + ANCHOR).floor()
-}
-
 fn moving_average(counts: &[u32], window: usize) -> Vec<f64> {
-    let half = window / 2;
-    let mut sum = 0_u64;
-    let until: Vec<u64> = std::iter::once(0)
-        .chain(counts.iter().map(|&count| {
-            sum += u64::from(count);
-            sum
-        }))
-        .collect();
-    let mean = |i: usize| {
-        let (first, end) = (i.saturating_sub(half), counts.len().min(i.saturating_add(half + 1)));
-        (until[end] - until[first]) as f64 / (end - first) as f64
+    let up_to = |sum: &mut u64, &count: &u32| {
+        *sum += u64::from(count);
+        Some(*sum)
     };
-    (0..counts.len()).map(mean).collect()
+    let sums: Vec<u64> = std::iter::once(0).chain(counts.iter().scan(0, up_to)).collect();
+    let mean = |bins: Range<usize>| (sums[bins.end] - sums[bins.start]) as f64 / bins.len() as f64;
+    (0..counts.len()).map(|i| mean(around(i, window, counts.len()))).collect()
 }
 
 #[cfg(test)]

@@ -20,7 +20,6 @@ pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
-pub mod spacing;
 pub mod survey;
 pub mod voxel;
 
@@ -30,7 +29,7 @@ pub use ground_peak::{GroundRule, ground_height};
 pub use histogram::{HeightHistogram, height_histogram};
 pub use neighbors::radius_outlier_mask;
 pub use parallel::thread_count;
-pub use spacing::point_spacing;
+pub use survey::point_spacing;
 pub use voxel::{Voxels, voxel_downsample};
 
 /// One point, `[x, y, z]` in metres, relative to the cloud's origin.

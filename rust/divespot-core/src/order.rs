@@ -1,10 +1,31 @@
 //! Rows put in the order of integer keys.
 
+use crate::Point;
+use crate::parallel::fill_chunks;
+
 /// A row of the input and the key it is sorted by.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Keyed {
     pub(crate) key: u64,
     pub(crate) row: u32,
+}
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 4096;
+
+/// Each row with the key of its point.
+pub(crate) fn keyed_by(
+    points: &[Point],
+    threads: usize,
+    key: impl Fn(&Point) -> u64 + Sync,
+) -> Vec<Keyed> {
+    let mut keyed = vec![Keyed::default(); points.len()];
+    fill_chunks(&mut keyed, CHUNK, threads, |first, piece| {
+        for ((keyed, row), p) in piece.iter_mut().zip(first as u32..).zip(&points[first..]) {
+            *keyed = Keyed { key: key(p), row };
+        }
+    });
+    keyed
 }
 
 const DIGIT_BITS: u32 = 11;

@@ -22,16 +22,31 @@ fn key(seed: u64, p: &Point) -> u64 {
 /// the same sample.
 #[must_use]
 pub fn sample(points: &[Point], count: usize, seed: u64) -> Vec<Point> {
-    let mut keyed: Vec<(u64, Point)> = points.iter().map(|p| (key(seed, p), *p)).collect();
-    let by_key = |a: &(u64, Point), b: &(u64, Point)| {
-        a.0.cmp(&b.0).then_with(|| a.1.partial_cmp(&b.1).unwrap_or(std::cmp::Ordering::Equal))
+    let keys: Vec<u64> = points.iter().map(|p| key(seed, p)).collect();
+    let mut drawn = lowest(&keys, count);
+    let by_place = |a: &u32, b: &u32| {
+        let (p, q) = (points[*a as usize], points[*b as usize]);
+        p.partial_cmp(&q).unwrap_or(std::cmp::Ordering::Equal)
     };
-    if count < keyed.len() {
-        keyed.select_nth_unstable_by(count, by_key);
-        keyed.truncate(count);
+    drawn.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| by_place(&a.1, &b.1)));
+    drawn.truncate(count);
+    drawn.into_iter().map(|(_, i)| points[i as usize]).collect()
+}
+
+/// The `count` lowest keys and few more, each with its index.
+///
+/// Keys are spread evenly, so a bound a little above the expected one leaves little to sort.
+fn lowest(keys: &[u64], count: usize) -> Vec<(u64, u32)> {
+    let mut share = 1.2 * (count as f64 + 50.0) / keys.len().max(1) as f64;
+    loop {
+        let bound = (share * u64::MAX as f64) as u64; // saturates at the largest key
+        let below: Vec<(u64, u32)> =
+            keys.iter().copied().zip(0..).filter(|&(key, _)| key <= bound).collect();
+        if below.len() >= count.min(keys.len()) {
+            return below;
+        }
+        share *= 2.0;
     }
-    keyed.sort_unstable_by(by_key);
-    keyed.into_iter().map(|(_, p)| p).collect()
 }
 
 #[cfg(test)]

@@ -69,15 +69,9 @@ pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
     }
     let tree = ImmutableKdTree::<f64, 3>::new_from_slice(&positions).map_err(|_| too_few)?;
     let fixed = Fixed::new(Bounds::of(positions.iter().copied()).map_or(0.0, |b| b.largest()), 32);
-    let asked = SURVEYED.min(positions.len());
-    let around = |p: &Point| {
-        let found = tree.query(p).nearest_n::<SquaredEuclidean<f64>>(NEIGHBORS).execute();
-        let near: Vec<(f64, Point)> =
-            found.iter().map(|i| (i.distance, positions[i.item as usize])).collect();
-        look(*p, &near, fixed)
-    };
-    let parts = map_chunks(asked, CHUNK, threads, |range| {
-        positions[range].iter().map(around).collect::<Vec<_>>()
+    let look = |p: &Point| look(*p, &nearest(&tree, &positions, p), fixed);
+    let parts = map_chunks(SURVEYED.min(positions.len()), CHUNK, threads, |range| {
+        positions[range].iter().map(look).collect::<Vec<_>>()
     });
     let seen: Vec<Neighborhood> = parts.into_iter().flatten().collect();
     Ok(Survey {
@@ -85,6 +79,21 @@ pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
         roughness_m: median(seen.iter().filter_map(|n| Some(n.surface?.1)).collect()),
         normals: seen.iter().filter_map(|n| Some(n.surface?.0)).collect(),
     })
+}
+
+/// The spacing of [`survey`] alone.
+///
+/// # Errors
+///
+/// Fewer than five distinct positions.
+pub fn point_spacing(points: &[Point], seed: u64) -> Result<f64> {
+    survey(points, seed, 1).map(|survey| survey.spacing_m)
+}
+
+/// Squared distances to the nearest positions, the nearest (the point itself) first.
+fn nearest(tree: &ImmutableKdTree<f64, 3>, positions: &[Point], p: &Point) -> Vec<(f64, Point)> {
+    let found = tree.query(p).nearest_n::<SquaredEuclidean<f64>>(NEIGHBORS).execute();
+    found.iter().map(|item| (item.distance, positions[item.item as usize])).collect()
 }
 
 /// `near` holds squared distances and positions, the nearest (the point itself) first.
@@ -104,4 +113,90 @@ fn median(mut values: Vec<f64>) -> f64 {
     }
     let middle = (values.len() - 1) / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    fn slow(positions: &[Point], p: &Point) -> f64 {
+        let square = |q: &Point| (0..3).map(|k| (q[k] - p[k]).powi(2)).sum::<f64>();
+        let mut squares: Vec<f64> = positions.iter().map(square).collect();
+        squares.sort_by(f64::total_cmp);
+        squares[SPACING_NEIGHBOR]
+    }
+
+    fn squares(positions: &[Point], asked: usize) -> Vec<f64> {
+        let tree = ImmutableKdTree::<f64, 3>::new_from_slice(positions).unwrap();
+        let square = |p| nearest(&tree, positions, p)[SPACING_NEIGHBOR].0;
+        positions[..asked].iter().map(square).collect()
+    }
+
+    /// Coordinates on `levels` levels an axis: many are equal.
+    fn levels(count: u64, levels: [u64; 3]) -> Vec<Point> {
+        let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
+        (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_search_of_all_finds() {
+        let shapes =
+            [[1 << 40; 3], [30, 30, 3], [1000, 1, 1], [1, 1000, 1], [1, 1, 5000], [2, 2, 2000]];
+        for shape in shapes {
+            for count in [5, 31, 32, 33, 64, 65, 100, 1000, 5000] {
+                let mut positions = sample(&levels(count, shape), count as usize, 0);
+                positions.dedup();
+                if positions.len() <= SPACING_NEIGHBOR {
+                    continue;
+                }
+                let asked = positions.len().min(300);
+                let found = squares(&positions, asked);
+                for (p, square) in positions.iter().zip(found) {
+                    assert_eq!(square, slow(&positions, p), "{shape:?} {count}");
+                }
+            }
+        }
+    }
+
+    fn grid(step: f64, times: usize) -> Vec<Point> {
+        let cells = (0..40).flat_map(|i| (0..40).map(move |j| [i, j]));
+        let points = cells.map(|[i, j]| [f64::from(i) * step, f64::from(j) * step, 0.0]);
+        points.flat_map(|p| std::iter::repeat_n(p, times)).collect()
+    }
+
+    #[test]
+    fn a_square_grid_has_its_step_however_often_each_point_comes() {
+        for times in [1, 2, 10, 100] {
+            assert_eq!(point_spacing(&grid(0.125, times), 0), Ok(0.125));
+        }
+    }
+
+    #[test]
+    fn a_shuffled_cloud_has_the_same_spacing() {
+        let points = levels(9000, [1 << 30; 3]);
+        let mut shuffled = points.clone();
+        shuffled.sort_by_key(|p| p[1].to_bits());
+        assert_eq!(point_spacing(&points, 7), point_spacing(&shuffled, 7));
+    }
+
+    #[test]
+    fn four_positions_are_too_few() {
+        let points: Vec<Point> = (0..400).map(|i| [f64::from(i % 4), 0.0, 0.0]).collect();
+        let error = point_spacing(&points, 0).unwrap_err();
+        assert!(matches!(error, Error::TooFewPoints { given: 4, needed: 5, .. }));
+        assert!(point_spacing(&[], 0).is_err());
+    }
+
+    #[test]
+    fn a_slope_has_its_normal_and_its_roughness() {
+        let noise = |i: u64| ((mix(i) % 2000) as f64 / 1000.0 - 1.0) * 1e-3;
+        let at = |i: u64| [(i % 60) as f64 * 0.01, (i / 60) as f64 * 0.01];
+        let points: Vec<Point> =
+            (0..3600).map(|i| [at(i)[0], at(i)[1], 0.5 * at(i)[0] + noise(i)]).collect();
+        let survey = survey(&points, 0, 2).unwrap();
+        let tilt = survey.normals.iter().map(|n| (n.normal[0] / n.normal[2] + 0.5).abs());
+        assert!(tilt.sum::<f64>() / (survey.normals.len() as f64) < 0.05);
+        assert!(survey.roughness_m > 2e-4 && survey.roughness_m < 1e-3, "{}", survey.roughness_m);
+    }
 }

@@ -2,8 +2,8 @@
 
 use crate::error::positive;
 use crate::fixed::Fixed;
-use crate::order::{Keyed, sort_by_key};
-use crate::parallel::{fill_chunks, map_chunks};
+use crate::order::{Keyed, keyed_by, sort_by_key};
+use crate::parallel::map_chunks;
 use crate::{Bounds, Error, Point, Result, thread_count};
 
 /// Points that a thread takes at a time.
@@ -42,7 +42,8 @@ pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Resul
     positive("voxel_m", voxel_m)?;
     let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Voxels::default()) };
     let threads = thread_count(threads);
-    let grid = Grid { origin: bounds.min, voxel_m };
+    let fixed = Fixed::new(voxel_m, u32::MAX as usize);
+    let grid = Grid { origin: bounds.min, voxel_m, fixed };
     let sorted = grid.sort(points, bounds.max, threads)?;
     let voxels: Vec<&[Keyed]> = sorted.chunk_by(|a, b| a.key == b.key).collect();
     let means = map_chunks(voxels.len(), CHUNK / 4, threads, |range| {
@@ -61,42 +62,40 @@ fn count(rows: &[Keyed]) -> u32 {
 struct Grid {
     origin: Point,
     voxel_m: f64,
+    fixed: Fixed,
 }
 
 impl Grid {
-    /// The cell of `p`, as whole numbers.
-    fn cell(&self, p: &Point) -> Point {
-        std::array::from_fn(|k| ((p[k] - self.origin[k]) / self.voxel_m + ANCHOR).floor())
+    /// The cell of `p` along each axis.
+    fn cell(&self, p: &Point) -> [u64; 3] {
+        self.steps(p).map(|v| v as i64 as u64) // faster than a cast straight to u64
+    }
+
+    /// How many voxels lie between the grid's start and `p`.
+    fn steps(&self, p: &Point) -> Point {
+        std::array::from_fn(|k| (p[k] - self.origin[k]) / self.voxel_m + ANCHOR)
     }
 
     /// The rows with a key per voxel, sorted by z, y, x of their cells.
     fn sort(&self, points: &[Point], max: Point, threads: usize) -> Result<Vec<Keyed>> {
-        let last = self.cell(&max);
-        let cells = last.iter().fold(0.0, |most, v| v.max(most)) + 1.0;
+        let cells = self.steps(&max).into_iter().fold(0.0, f64::max) + 1.0;
         if cells > MOST_CELLS {
             return Err(Error::GridTooLarge { name: "voxel_m", cells });
         }
-        let bits = last.map(|v| u64::BITS - (v as u64).leading_zeros());
+        let bits = self.cell(&max).map(|last| u64::BITS - last.leading_zeros());
         if bits.iter().sum::<u32>() > u64::BITS {
             return Ok(self.sort_by_axis(points));
         }
-        let pack = |[x, y, z]: Point| ((z as u64) << bits[1] | y as u64) << bits[0] | x as u64;
-        let mut keyed = vec![Keyed::default(); points.len()];
-        fill_chunks(&mut keyed, CHUNK, threads, |first, piece| {
-            for ((keyed, row), p) in piece.iter_mut().zip(first as u32..).zip(&points[first..]) {
-                *keyed = Keyed { key: pack(self.cell(p)), row };
-            }
-        });
-        Ok(sort_by_key(keyed))
+        let pack = |[x, y, z]: [u64; 3]| (z << bits[1] | y) << bits[0] | x;
+        Ok(sort_by_key(keyed_by(points, threads, |p| pack(self.cell(p)))))
     }
 
     /// The same where three cell numbers do not fit one key.
     fn sort_by_axis(&self, points: &[Point]) -> Vec<Keyed> {
         let cell = |row: u32| self.cell(&points[row as usize]);
-        let mut rows: Vec<Keyed> =
-            (0u32..).zip(points).map(|(row, _)| Keyed { key: 0, row }).collect();
+        let mut rows = keyed_by(points, 1, |_| 0);
         for axis in 0..3 {
-            rows.iter_mut().for_each(|r| r.key = cell(r.row)[axis] as u64);
+            rows.iter_mut().for_each(|r| r.key = cell(r.row)[axis]);
             rows = sort_by_key(rows);
         }
         let mut voxel = 0;
@@ -112,18 +111,15 @@ impl Grid {
 
     /// The mean of the points in one voxel.
     fn mean(&self, points: &[Point], rows: &[Keyed]) -> Point {
-        let fixed = Fixed::new(self.voxel_m, u32::MAX as usize);
-        let corner = self.cell(&points[rows[0].row as usize]).map(|c| c * self.voxel_m);
+        let corner = self.cell(&points[rows[0].row as usize]).map(|c| c as f64 * self.voxel_m);
         let mut sums = [0_i64; 3];
         for row in rows {
             let p = &points[row.row as usize];
             for k in 0..3 {
-                sums[k] += fixed.encode(p[k] - self.origin[k] - corner[k]);
+                sums[k] += self.fixed.encode(p[k] - self.origin[k] - corner[k]);
             }
         }
-        std::array::from_fn(|k| {
-            self.origin[k] + corner[k] + fixed.mean(sums[k].into(), count(rows))
-        })
+        std::array::from_fn(|k| self.origin[k] + corner[k] + self.fixed.mean(sums[k], count(rows)))
     }
 }
 

@@ -1,9 +1,14 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
 mod errors;
+mod ground;
 mod hdbscan;
+mod heightmap;
+mod histogram;
 mod interrupt;
 mod neighbors;
+mod piles;
+mod plane;
 mod points;
 mod voxel;
 
@@ -11,13 +16,23 @@ mod voxel;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::ground::{find_ground, survey};
+    #[pymodule_export]
     use crate::hdbscan::hdbscan;
     #[pymodule_export]
+    use crate::heightmap::{RawHeightMap, height_map, integrate};
+    #[pymodule_export]
+    use crate::histogram::{ground_height, height_histogram};
+    #[pymodule_export]
     use crate::neighbors::radius_outlier_mask;
+    #[pymodule_export]
+    use crate::piles::{RawObject, measure_objects, pieces};
+    #[pymodule_export]
+    use crate::plane::{align_to_rectangle, fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
     use crate::voxel::voxel_downsample;
 
     #[pymodule_export]
-    #[allow(non_upper_case_globals)]
+    #[allow(non_upper_case_globals)] // the name that Python knows
     const __version__: &str = env!("CARGO_PKG_VERSION");
 }

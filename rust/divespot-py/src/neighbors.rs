@@ -1,8 +1,8 @@
-use numpy::{IntoPyArray, PyArray1};
+use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
 use crate::errors::raise;
-use crate::points::cloud;
+use crate::points::{Column, cloud};
 
 #[pyfunction]
 pub(crate) fn radius_outlier_mask<'py>(
@@ -11,7 +11,7 @@ pub(crate) fn radius_outlier_mask<'py>(
     radius_m: f64,
     min_neighbors: usize,
     threads: usize,
-) -> PyResult<Bound<'py, PyArray1<bool>>> {
+) -> PyResult<Column<'py, bool>> {
     let (cloud, count) = cloud(points)?;
     let mask = py.detach(|| {
         divespot_core::radius_outlier_mask(&cloud.points, radius_m, min_neighbors, threads)

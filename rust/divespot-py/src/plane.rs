@@ -4,15 +4,15 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
-use crate::points::{cloud, rows};
+use crate::points::{cloud, restored, rows};
 
 /// Normal, offset, inliers and their root mean square distance.
-pub(crate) type PlaneParts = (Point, f64, usize, f64);
+pub(crate) type PlaneParts = ((f64, f64, f64), f64, usize, f64);
 
 /// A plane of centred points, for points where they were.
 pub(crate) fn parts(plane: &plane::Plane, origin: Point) -> PlaneParts {
     let shift: f64 = (0..3).map(|k| plane.normal[k] * origin[k]).sum();
-    (plane.normal, plane.offset_m + shift, plane.inliers, plane.rms_m)
+    (plane.normal.into(), plane.offset_m + shift, plane.inliers, plane.rms_m)
 }
 
 #[pyfunction]
@@ -64,8 +64,9 @@ pub(crate) fn rotate<'py>(
     threads: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (cloud, _) = cloud(points)?;
+    let origin = divespot_core::pose::rotate(&[cloud.origin], &rotation, 1)[0];
     let turned = py.detach(|| divespot_core::pose::rotate(&cloud.points, &rotation, threads));
-    rows(py, turned)
+    rows(py, restored(origin, turned))
 }
 
 fn matrix(py: Python<'_>, rows: [[f64; 3]; 3]) -> PyResult<Bound<'_, PyArray2<f64>>> {

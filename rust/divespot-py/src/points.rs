@@ -2,10 +2,18 @@
 
 use divespot_core::{Bounds, Cloud, Point};
 use numpy::ndarray::ArrayView2;
-use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{
+    Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+};
 use pyo3::prelude::*;
 
 use crate::errors::DivespotError;
+
+/// An array of shape `(n,)`.
+pub(crate) type Column<'py, T> = Bound<'py, PyArray1<T>>;
+
+/// An array of shape `(n, 3)`.
+pub(crate) type Rows<'py> = Bound<'py, PyArray2<f64>>;
 
 /// Beyond this, coordinates near the origin would lose their micrometres.
 const LARGEST_EXTENT: f64 = 1e9;
@@ -40,13 +48,17 @@ fn copy<T: Element + Copy + Into<f64>>(rows: ArrayView2<'_, T>) -> Option<(Cloud
 }
 
 fn wrong_array(points: &Bound<'_, PyAny>) -> PyErr {
-    let text = |name| points.getattr(name).and_then(|v| v.str()).map(|v| v.to_string());
+    DivespotError::new_err(format!(
+        "points have {}: shape (n, 3) with n below 2**32 and dtype float32 or float64 are needed",
+        described(points)
+    ))
+}
+
+fn described(array: &Bound<'_, PyAny>) -> String {
+    let text = |name| Ok::<_, PyErr>(array.getattr(name)?.str()?.to_string());
     match (text("shape"), text("dtype")) {
-        (Ok(shape), Ok(dtype)) => DivespotError::new_err(format!(
-            "points have shape {shape} and dtype {dtype}: shape (n, 3) with n below 2**32 and \
-             dtype float32 or float64 are needed"
-        )),
-        _ => DivespotError::new_err("points are no array: an (n, 3) array is needed"),
+        (Ok(shape), Ok(dtype)) => format!("shape {shape} and dtype {dtype}"),
+        _ => "no shape".into(),
     }
 }
 
@@ -60,6 +72,24 @@ fn check_extent(cloud: &Cloud) -> PyResult<()> {
     )))
 }
 
+/// The finite ones of an array of shape `(n,)`, copied while attached.
+pub(crate) fn heights(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    if let Ok(array) = values.extract::<PyReadonlyArray1<'_, f64>>() {
+        return Ok(finite(array.as_array().iter().copied()));
+    }
+    if let Ok(array) = values.extract::<PyReadonlyArray1<'_, f32>>() {
+        return Ok(finite(array.as_array().iter().copied()));
+    }
+    Err(DivespotError::new_err(format!(
+        "heights_m have {}: shape (n,) and dtype float32 or float64 are needed",
+        described(values)
+    )))
+}
+
+fn finite(values: impl Iterator<Item = impl Into<f64>>) -> Vec<f64> {
+    values.map(Into::into).filter(|v| v.is_finite()).collect()
+}
+
 /// Points near `origin` at their own place again.
 pub(crate) fn restored(origin: Point, mut points: Vec<Point>) -> Vec<Point> {
     points.iter_mut().for_each(|p| *p = std::array::from_fn(|k| p[k] + origin[k]));
@@ -67,7 +97,7 @@ pub(crate) fn restored(origin: Point, mut points: Vec<Point>) -> Vec<Point> {
 }
 
 /// Points as an `(n, 3)` array, without a copy.
-pub(crate) fn rows(py: Python<'_>, points: Vec<Point>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+pub(crate) fn rows(py: Python<'_>, points: Vec<Point>) -> PyResult<Rows<'_>> {
     let count = points.len();
     points.into_flattened().into_pyarray(py).reshape([count, 3])
 }

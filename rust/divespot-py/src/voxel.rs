@@ -1,8 +1,8 @@
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
 use crate::errors::raise;
-use crate::points::{cloud, restored, rows};
+use crate::points::{Column, Rows, cloud, restored, rows};
 
 #[pyfunction]
 pub(crate) fn voxel_downsample<'py>(
@@ -10,7 +10,7 @@ pub(crate) fn voxel_downsample<'py>(
     points: &Bound<'py, PyAny>,
     voxel_m: f64,
     threads: usize,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u32>>)> {
+) -> PyResult<(Rows<'py>, Column<'py, u32>)> {
     let (cloud, _) = cloud(points)?;
     let voxels = py
         .detach(|| divespot_core::voxel_downsample(&cloud.points, voxel_m, threads))

@@ -1,18 +1,26 @@
-//! The surface that an object stands on: a plane through the ground around it.
+//! The surface that an object stands on: a smooth one through the ground around it.
 
 use nalgebra::{Matrix3, Vector3};
+
+use super::film::Film;
+use crate::heightmap::Grid;
 
 /// Fewer cells than this carry no plane of their own.
 const FEWEST: usize = 12;
 /// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
 const FEWEST_SECTORS: usize = 7;
-/// Sectors around an object whose means tell how far the ground wavers.
+/// Sectors around an object whose levels tell how far the ground wavers.
 const SECTORS: usize = 12;
+/// Neighbouring sectors waver together: this many count as one.
+const CORRELATED: f64 = 3.0;
+/// Tukey's biweight gives nothing to what is further off than this many standard deviations.
+const REACH: f64 = 4.685;
 /// Rounds of Tukey's biweight; it settles in about five.
 const ROUNDS: usize = 10;
 
-/// A base `level_m + tilt · (p - center)` and how well it is known.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, and a film over it
+/// that follows the ground where it leaves the plane.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Where `level_m` holds.
     pub center_m: [f64; 2],
@@ -20,19 +28,20 @@ pub struct Base {
     pub level_m: f64,
     /// Slope along x and y.
     pub tilt: [f64; 2],
-    /// Standard deviation of a cell about its sector's mean.
+    /// Standard deviation of a ring cell about the base.
     pub noise_m: f64,
     /// Standard uncertainty of the level.
     pub u_level_m: f64,
     /// What the base rests on.
     pub kind: Kind,
+    film: Option<Film>,
 }
 
 /// What a base rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// A plane through the ring of ground around the object.
-    RingPlane,
+    /// A smooth surface through the ring of ground around the object.
+    Ring,
     /// The ring's height with the whole ground's tilt: the ring was seen on one side only.
     RingLevel,
     /// The ground's height in the whole scan.
@@ -43,17 +52,40 @@ impl Base {
     /// A level base that is the same for every object.
     #[must_use]
     pub fn ground(level_m: f64, noise_m: f64, u_level_m: f64) -> Self {
-        Self { center_m: [0.0; 2], level_m, tilt: [0.0; 2], noise_m, u_level_m, kind: Kind::Ground }
+        Self {
+            center_m: [0.0; 2],
+            level_m,
+            tilt: [0.0; 2],
+            noise_m,
+            u_level_m,
+            kind: Kind::Ground,
+            film: None,
+        }
     }
 
     /// The base's height.
     #[must_use]
-    pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
+    pub fn at(&self, p: [f64; 2]) -> f64 {
+        self.plane_at(p) + self.film.as_ref().map_or(0.0, |film| film.at(p))
+    }
+
+    fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
         let [cx, cy] = self.center_m;
         self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy)
     }
 
-    /// The plane through `ring` (x, y, height), stray cells weighing nothing.
+    /// The base with a film over `patch` through what the ring leaves of the plane; cells that
+    /// stand out of the ring's own scatter do not pull at it.
+    pub(crate) fn with_film(mut self, patch: &Grid, ring: &[[f64; 3]]) -> Self {
+        let off = |p: &[f64; 3]| [p[0], p[1], p[2] - self.plane_at([p[0], p[1]])];
+        let stray = REACH * self.noise_m;
+        let left: Vec<_> = ring.iter().map(off).filter(|p| p[2].abs() <= stray).collect();
+        let size = [patch.columns, patch.rows].map(|n| n as f64 * patch.cell_m);
+        self.film = Some(Film::stretched(patch.origin_m, size, patch.cell_m, &left));
+        self
+    }
+
+    /// The plane through `ring` (x, y, height), stray cells weighing nothing; as yet without a film.
     ///
     /// `None` where the ring is too small to say anything.
     pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]]) -> Option<Self> {
@@ -62,20 +94,21 @@ impl Base {
         }
         let local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
-        let seen = sector_means(&local, |_| 0.0).len();
-        let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::RingPlane };
+        let seen = sector_medians(&local, |_| 0.0).len();
+        let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
-        let means = sector_means(&local, residuals);
-        let spread = (means.iter().map(|m| m * m).sum::<f64>() / to_f64(means.len())).sqrt();
+        let levels = sector_medians(&local, residuals);
+        let spread = (levels.iter().map(|m| m * m).sum::<f64>() / to_f64(levels.len())).sqrt();
         let off: Vec<f64> = local.iter().map(residuals).collect();
         Some(Self {
             center_m,
             level_m: plane[0],
             tilt: [plane[1], plane[2]],
             noise_m: scale(&off),
-            u_level_m: spread / to_f64(means.len()).sqrt(),
+            u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
+            film: None,
         })
     }
 }
@@ -89,7 +122,7 @@ fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
     for _ in 0..ROUNDS {
         let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
-        let reach = 4.685 * scale(&off).max(f64::MIN_POSITIVE);
+        let reach = REACH * scale(&off).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
         plane = weighted_plane(local, off.iter().map(weigh), kind)?;
     }
@@ -102,7 +135,7 @@ fn weighted_plane(
     kind: Kind,
 ) -> Option<Vector3<f64>> {
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    let tilted = if kind == Kind::RingPlane { 1.0 } else { 0.0 };
+    let tilted = if kind == Kind::Ring { 1.0 } else { 0.0 };
     for (p, weight) in local.iter().zip(weights) {
         let row = Vector3::new(1.0, tilted * p[0], tilted * p[1]);
         matrix += weight * row * row.transpose();
@@ -114,17 +147,15 @@ fn weighted_plane(
     matrix.cholesky().map(|c| c.solve(&right))
 }
 
-/// The mean of `of` in each sector around the origin that has points.
-fn sector_means(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
-    let mut sums = [(0.0, 0.0); SECTORS];
+/// The median of `of` in each sector around the origin that has points.
+fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
+    let mut sectors: [Vec<f64>; SECTORS] = std::array::from_fn(|_| Vec::new());
     for p in local {
         let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // from 0 to 1
         let sector = ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1);
-        sums[sector].0 += of(p);
-        sums[sector].1 += 1.0;
+        sectors[sector].push(of(p));
     }
-    sums.iter().filter(|(_, n)| *n > 0.0).map(|(sum, n)| sum / n).collect()
+    sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
 }
 
 /// Standard deviation of normal values, from the median of their sizes.
@@ -162,7 +193,7 @@ mod tests {
         let base = Base::around([5.0, 7.0], &cells).unwrap();
         assert!((base.at([5.0, 7.0]) - 0.58).abs() < 1e-9, "{base:?}");
         assert!((base.at([6.0, 9.0]) - (0.5 + 0.18 - 0.09)).abs() < 1e-9);
-        assert_eq!(base.kind, Kind::RingPlane);
+        assert_eq!(base.kind, Kind::Ring);
     }
 
     #[test]

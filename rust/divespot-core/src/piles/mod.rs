@@ -6,30 +6,34 @@
 
 mod base;
 mod budget;
+mod film;
 mod outline;
 mod patch;
+mod pieces;
 mod shape;
 mod territory;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
+pub use pieces::pieces;
 pub use shape::Reason;
 
 use crate::error::{Error, Result};
-use crate::heightmap::{HeightMap, Volume, integrate};
-use patch::{Patch, Reach, Zone, flood};
+use crate::heightmap::{Grid, Volume, integrate};
+use patch::{Patch, Reach, Scene, Zone, flood};
 use territory::Territory;
 
 /// How objects are measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Steps of one cell around the labelled cells that may hold the toe.
     pub toe_cells: u32,
-    /// Steps beyond the toe in which the ground is looked for.
-    pub ring_cells: u32,
+    /// Width of the ring of ground beyond the toe, as a share of the edge of a square as large as
+    /// the object.
+    pub ring_share: f64,
     /// Cells this high above their base are the object's beyond doubt.
     pub margin_m: f64,
-    /// The base of every object; `None` for a plane through the ring around each.
+    /// The base of every object; `None` for a smooth surface through the ring around each.
     pub base: Option<Base>,
     /// The base where a ring says nothing.
     pub ground: Base,
@@ -67,24 +71,33 @@ const CUT_OFF: f64 = 0.1;
 
 /// Measures every object in a levelled height map.
 ///
-/// `labels` holds one value a cell: the object's number, or -1. Objects come by number.
+/// `heights_m` and `labels` hold one value a cell: the height, NaN where nothing was seen; the
+/// object's number, or -1. Objects come by number.
 ///
 /// # Errors
 ///
-/// A number of labels that is not the number of cells.
-pub fn measure(map: &HeightMap, labels: &[i32], settings: &Settings) -> Result<Vec<Object>> {
-    if labels.len() != map.heights_m.len() {
-        return Err(Error::Degenerate("one label for each cell of the height map is needed"));
+/// A number of heights or labels that is not the number of cells.
+pub fn measure(
+    grid: &Grid,
+    heights_m: &[f64],
+    labels: &[i32],
+    settings: &Settings,
+) -> Result<Vec<Object>> {
+    if labels.len() != grid.len() || heights_m.len() != grid.len() {
+        return Err(Error::Degenerate("one height and one label for each cell are needed"));
     }
-    let reach = Reach { toe: settings.toe_cells, ring: settings.ring_cells };
-    let territory = Territory::grow(&map.grid, labels, reach.toe + reach.ring);
-    let beyond = flood(&map.grid, |cell| map.heights_m[cell].is_nan());
-    let patches = Patch::all(map, labels, &territory, &beyond, reach);
+    let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
+    let farthest = reach.iter().map(|r| r.toe + r.ring).max().unwrap_or(0);
+    let territory = Territory::grow(grid, labels, farthest);
+    let beyond = flood(grid, |cell| heights_m[cell].is_nan());
+    let patches =
+        Patch::all(&Scene { grid, heights_m, beyond: &beyond }, labels, &territory, &reach);
     Ok(patches.into_iter().map(|(label, patch)| object(label, &patch, settings)).collect())
 }
 
 fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
-    let base = settings.base.unwrap_or_else(|| ring_base(patch).unwrap_or(settings.ground));
+    let local = || ring_base(patch).unwrap_or_else(|| settings.ground.clone());
+    let base = settings.base.clone().unwrap_or_else(local);
     let height = |cell: usize| patch.heights_m[cell] - base.at(patch.grid.center(cell));
     let above: Vec<f64> = (0..patch.zones.len()).map(height).collect();
     let filled = fill_gaps(patch, &above);
@@ -97,14 +110,14 @@ fn object(label: i32, patch: &Patch, settings: &Settings) -> Object {
         label,
         volume: integrate(heights, patch.grid.cell_m),
         budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
-        base,
         footprint_m2: to_f64(covered.len()) * patch.grid.cell_m * patch.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
         centroid_m: centroid(patch, &base, &covered, &filled),
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
         touches_edge: touches_edge(patch),
-        reason: shape::why_no_pile(patch, &above, base.noise_m),
+        reason: shape::why_no_pile(patch, &above, settings.margin_m),
+        base,
     }
 }
 
@@ -116,7 +129,8 @@ fn ring_base(patch: &Patch) -> Option<Base> {
         let [x, y] = patch.grid.center(cell);
         [x, y, patch.heights_m[cell]]
     };
-    Base::around([mean(0), mean(1)], &seen.map(place).collect::<Vec<_>>())
+    let ring: Vec<[f64; 3]> = seen.map(place).collect();
+    Some(Base::around([mean(0), mean(1)], &ring)?.with_film(&patch.grid, &ring))
 }
 
 /// Heights with the unseen cells closed: in the core, layer by layer, with the mean of the cells
@@ -128,7 +142,7 @@ fn fill_gaps(patch: &Patch, above: &[f64]) -> Vec<f64> {
     while !gaps.is_empty() {
         let layer: Vec<(usize, f64)> = gaps
             .iter()
-            .filter_map(|&cell| Some((cell, mean_around(patch, &filled, cell)?)))
+            .filter_map(|&cell| Some((cell, mean_around(patch, &filled, cell, |_| true)?)))
             .collect();
         if layer.is_empty() {
             break;
@@ -139,18 +153,27 @@ fn fill_gaps(patch: &Patch, above: &[f64]) -> Vec<f64> {
     filled
 }
 
-/// The mean of the known heights around a cell.
-fn mean_around(patch: &Patch, heights: &[f64], cell: usize) -> Option<f64> {
-    let known = patch.around(cell, 1).map(|n| heights[n]).filter(|h| !h.is_nan());
+/// The mean of the known heights in and around a cell, among the cells that count.
+fn mean_around(
+    patch: &Patch,
+    heights: &[f64],
+    cell: usize,
+    counts: impl Fn(usize) -> bool,
+) -> Option<f64> {
+    let near = patch.around(cell, 1).filter(|&n| counts(n));
+    let known = near.map(|n| heights[n]).filter(|h| !h.is_nan());
     let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
     (count > 0.0).then(|| sum / count)
 }
 
 /// The cells that the object covers: its core, and the toe where it stands clear of the base.
 ///
-/// Clear is a third of the margin for the mean of nine cells, which has a third of their noise.
+/// Clear is a third of the margin, for the mean of the toe's cells around: of nine, it has a third
+/// of their noise.
 fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
-    let clear = |cell: usize| mean_around(patch, filled, cell).is_some_and(|h| h > margin_m / 3.0);
+    let toe = |cell: usize| patch.zones[cell] == Zone::Toe;
+    let clear =
+        |cell: usize| mean_around(patch, filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
     let covers = |cell: usize| match patch.zones[cell] {
         Zone::Core => true,
         Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),

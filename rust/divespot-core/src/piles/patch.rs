@@ -1,7 +1,7 @@
 //! The part of the height map around one object.
 
 use super::territory::{NOBODY, Territory};
-use crate::heightmap::{Grid, HeightMap};
+use crate::heightmap::Grid;
 
 /// What a cell is to the object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,11 +27,35 @@ pub(crate) struct Patch {
     pub(crate) cut: usize,
 }
 
-/// How far the zones reach from the core, in steps.
+/// The whole height map.
+pub(crate) struct Scene<'a> {
+    pub(crate) grid: &'a Grid,
+    pub(crate) heights_m: &'a [f64],
+    /// Unseen cells that are joined to the map's edge.
+    pub(crate) beyond: &'a [bool],
+}
+
+/// How far the zones reach from an object's core, in steps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reach {
     pub(crate) toe: u32,
     pub(crate) ring: u32,
+}
+
+/// A ring has at least this many steps.
+const FEWEST_STEPS: u32 = 3;
+
+impl Reach {
+    /// The reach of each object: its ring is a share of the edge of a square of its size.
+    pub(crate) fn each(labels: &[i32], toe: u32, ring_share: f64) -> Vec<Self> {
+        let mut cells: Vec<u32> = Vec::new();
+        for label in labels.iter().filter_map(|&l| usize::try_from(l).ok()) {
+            cells.resize(cells.len().max(label + 1), 0);
+            cells[label] += 1;
+        }
+        let ring = |&cells: &u32| (ring_share * f64::from(cells).sqrt()) as u32;
+        cells.iter().map(|n| Self { toe, ring: ring(n).max(FEWEST_STEPS) }).collect()
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -43,41 +67,36 @@ struct Window {
 impl Patch {
     /// One patch for each label that owns cells, by label.
     pub(crate) fn all(
-        map: &HeightMap,
+        scene: &Scene<'_>,
         labels: &[i32],
         territory: &Territory,
-        beyond: &[bool],
-        reach: Reach,
+        reach: &[Reach],
     ) -> Vec<(i32, Self)> {
-        let windows = windows(&map.grid, &territory.owner);
-        let labelled = (0i32..).zip(windows).filter_map(|(label, window)| Some((label, window?)));
+        let windows = windows(scene.grid, &territory.owner);
+        let labelled = (0i32..)
+            .zip(windows.into_iter().zip(reach))
+            .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
         labelled
-            .map(|(label, window)| {
-                let cells = window.cells(&map.grid);
+            .map(|(label, window, reach)| {
+                let cells = window.cells(scene.grid);
                 let zones = zones(&cells, territory, reach, label);
-                let mut patch = Self::cut(map, beyond, &cells, zones, window);
+                let mut patch = Self::cut(scene, &cells, zones, window);
                 patch.fill_enclosed(|i| ![NOBODY, label].contains(&labels[cells[i]]));
                 (label, patch)
             })
             .collect()
     }
 
-    fn cut(
-        map: &HeightMap,
-        beyond: &[bool],
-        cells: &[usize],
-        zones: Vec<Zone>,
-        window: Window,
-    ) -> Self {
-        let [x, y] = map.grid.center(cells[0]);
-        let half = 0.5 * map.grid.cell_m;
+    fn cut(scene: &Scene<'_>, cells: &[usize], zones: Vec<Zone>, window: Window) -> Self {
+        let [x, y] = scene.grid.center(cells[0]);
+        let half = 0.5 * scene.grid.cell_m;
         let [columns, rows] = window.size();
         let core = cells.iter().zip(&zones).filter(|(_, zone)| **zone == Zone::Core);
         Self {
-            grid: Grid { origin_m: [x - half, y - half], columns, rows, ..map.grid },
-            heights_m: cells.iter().map(|&cell| map.heights_m[cell]).collect(),
-            cut: core.filter(|(cell, _)| map.grid.is_border(**cell)).count(),
-            beyond: cells.iter().map(|&cell| beyond[cell]).collect(),
+            grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
+            heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
+            cut: core.filter(|(cell, _)| scene.grid.is_border(**cell)).count(),
+            beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
         }
     }
@@ -122,7 +141,8 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
         _ if territory.owner[cell] != label => Zone::Outside,
         0 => Zone::Core,
         steps if steps <= reach.toe => Zone::Toe,
-        _ => Zone::Ring,
+        steps if steps <= reach.toe + reach.ring => Zone::Ring,
+        _ => Zone::Outside,
     };
     cells.iter().map(zone).collect()
 }

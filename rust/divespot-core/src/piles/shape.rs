@@ -2,46 +2,35 @@
 
 use super::patch::{Patch, Zone};
 
-/// No bulk material in use stands steeper than 45° (coal reaches 38°); noise and cell size blur a
-/// slope, so only what looks steeper than 60° is called steep.
-const STEEP: f64 = 1.732;
-/// An object with this share of its rim steep does not lie as poured.
-const STEEP_SHARE: f64 = 0.5;
+/// Poured material runs out to the ground. The rim of what stands clear of the ground is therefore
+/// low: at most this share of the object's height.
+const LOW: f64 = 0.35;
+/// An object with this share of its rim high does not lie as poured.
+const HIGH_SHARE: f64 = 0.5;
+/// The object's height is the one that this share of its cells stays below.
+const TOP: f64 = 0.95;
 
 /// Why an object is no pile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
-    /// Most of its rim drops steeper than any bulk material can lie.
+    /// Most of its rim stands high: no bulk material lies so steep.
     SteepSides,
     /// It is nowhere three cells wide.
     Thin,
 }
 
 /// The reason why the object is no pile, if there is one.
-pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], noise_m: f64) -> Option<Reason> {
-    if is_thin(patch) {
+pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Reason> {
+    let rim: Vec<usize> = rim(patch).collect();
+    if rim.len() == patch.cells(Zone::Core).count() {
         return Some(Reason::Thin);
     }
-    (steep_share(patch, above, noise_m) > STEEP_SHARE).then_some(Reason::SteepSides)
-}
-
-/// The share of the core's rim across which the height drops more than [`STEEP`].
-///
-/// The drop is taken between the highest and the lowest of the nine cells around each cell of the
-/// rim, less what noise alone makes of it.
-fn steep_share(patch: &Patch, above: &[f64], noise_m: f64) -> f64 {
-    let diagonal = 2.0 * std::f64::consts::SQRT_2 * patch.grid.cell_m;
-    let steep = |&cell: &usize| {
-        let seen = patch.around(cell, 1).map(|n| above[n]).filter(|h| !h.is_nan());
-        let (low, high) = seen
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (h.min(low), h.max(high)));
-        high - low > STEEP * diagonal + 4.0 * noise_m
-    };
-    let rim: Vec<usize> = rim(patch).collect();
-    if rim.is_empty() {
-        return 0.0;
-    }
-    to_f64(rim.iter().filter(|cell| steep(cell)).count()) / to_f64(rim.len())
+    let low = (LOW * top(patch, above)).max(2.0 * margin_m);
+    let high = |&cell: &usize| above[cell] > low;
+    let seen: Vec<usize> =
+        rim.into_iter().filter(|&cell| sees_outside(patch, above, cell)).collect();
+    let share = seen.iter().filter(|cell| high(cell)).count() as f64 / seen.len().max(1) as f64;
+    (share > HIGH_SHARE).then_some(Reason::SteepSides)
 }
 
 /// Core cells with a neighbour outside the core, or on the map's edge.
@@ -50,12 +39,17 @@ fn rim(patch: &Patch) -> impl Iterator<Item = usize> + '_ {
     patch.cells(Zone::Core).filter(move |&cell| patch.around(cell, 1).filter(is_core).count() < 9)
 }
 
-/// Whether every core cell has a neighbour outside the core: less than three cells wide.
-fn is_thin(patch: &Patch) -> bool {
-    rim(patch).count() == patch.cells(Zone::Core).count()
+/// Whether something was seen just beyond a rim cell; where not, the object may go on.
+fn sees_outside(patch: &Patch, above: &[f64], cell: usize) -> bool {
+    patch.around(cell, 2).any(|n| patch.zones[n] != Zone::Core && !above[n].is_nan())
 }
 
-#[allow(clippy::cast_precision_loss)] // counts of cells
-fn to_f64(n: usize) -> f64 {
-    n as f64
+fn top(patch: &Patch, above: &[f64]) -> f64 {
+    let core = patch.cells(Zone::Core).map(|cell| above[cell]);
+    let mut heights: Vec<f64> = core.filter(|h| !h.is_nan()).collect();
+    let index = (TOP * heights.len() as f64) as usize;
+    if index >= heights.len() {
+        return 0.0;
+    }
+    *heights.select_nth_unstable_by(index, f64::total_cmp).1
 }

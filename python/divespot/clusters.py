@@ -1,0 +1,68 @@
+"""Clusters of points, by HDBSCAN: which to keep (paper, Algorithm 1, line 18)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot.clustering import hdbscan
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.settings import Settings
+
+
+def find_clusters(
+    points: NDArray[np.float64], link_m: float | None, settings: Settings
+) -> NDArray[np.int32]:
+    """Return a label for each of the points, the largest cluster 0, noise -1.
+
+    What hangs together with gaps below `link_m` is one cluster, also where it is the only one:
+    a scene with a single object is the normal case.
+    """
+    if len(points) < settings.min_cluster_size:
+        return np.full(len(points), -1, dtype=np.int32)
+    cluster = _package if settings.cluster_backend == "hdbscan" else _own
+    return cluster(points, link_m or 0.0, settings).astype(np.int32)
+
+
+def _own(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
+    return hdbscan(
+        points,
+        min_cluster_size=settings.min_cluster_size,
+        min_samples=settings.min_samples,
+        cluster_selection_epsilon=link_m,
+        allow_single_cluster=True,
+        threads=settings.threads,
+    )
+
+
+def _package(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
+    """Cluster with the `hdbscan` package; clusters numbered by size."""
+    try:
+        from hdbscan import HDBSCAN  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise DivespotError(
+            "cluster_backend is 'hdbscan', which is not installed: pip install divespot[hdbscan]"
+        ) from None
+    model = HDBSCAN(
+        min_cluster_size=settings.min_cluster_size,
+        min_samples=settings.min_samples,
+        cluster_selection_epsilon=link_m,
+        allow_single_cluster=True,
+        approx_min_span_tree=False,
+        core_dist_n_jobs=settings.threads or -1,
+    )
+    return by_size(model.fit_predict(points))
+
+
+def by_size(labels: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return the same clusters numbered by size, the largest 0."""
+    counts = np.bincount(labels[labels >= 0])
+    rank = np.empty(len(counts) + 1, dtype=np.int64)
+    rank[np.argsort(-counts, kind="stable")] = np.arange(len(counts))
+    rank[-1] = -1
+    return np.asarray(rank[labels])

@@ -1,0 +1,72 @@
+"""Strays removed, the main cluster kept, sampling made uniform (paper, Pre-process 2 and 3)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from divespot.clusters import find_clusters
+from divespot.errors import DivespotError
+from divespot.kernels import radius_outlier_mask, voxel_downsample
+from divespot.settings import given
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from divespot.settings import Settings
+
+
+def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np.float64]:
+    """Drop points with too few neighbours (Algorithm 1, lines 1 to 17).
+
+    Raises
+    ------
+    DivespotError
+        Nothing is left.
+
+    """
+    radius_m = given(settings.radius_m)
+    if radius_m == 0.0:
+        return points
+    kept = points[
+        radius_outlier_mask(points, radius_m, settings.min_neighbors, threads=settings.threads)
+    ]
+    if not len(kept):
+        raise DivespotError(
+            f"no point has {settings.min_neighbors} neighbours within radius_m = {radius_m:.3g}: "
+            "a larger radius or fewer neighbours are needed"
+        )
+    return kept
+
+
+def scene_cluster(
+    points: NDArray[np.float64], settings: Settings, warn: Callable[[str], None]
+) -> NDArray[np.float64]:
+    """Keep the most populous cluster (Algorithm 1, line 18), if asked to.
+
+    Raises
+    ------
+    DivespotError
+        There is no cluster.
+
+    """
+    if not settings.scene_cluster:
+        return points
+    labels = find_clusters(points, settings.radius_m, settings)
+    kept: NDArray[np.float64] = points[labels == 0]
+    if not len(kept):
+        raise DivespotError("the scene has no cluster: smaller min_cluster_size is needed")
+    if len(kept) < 0.9 * len(points):
+        share = 1.0 - len(kept) / len(points)
+        warn(f"the scene's largest cluster was kept, and {share:.0%} of the points dropped")
+    return kept
+
+
+def voxels(points: NDArray[np.float64], settings: Settings) -> NDArray[np.float64]:
+    """Replace the points of each voxel by their mean, for uniform sampling."""
+    voxel_m = given(settings.voxel_m)
+    if voxel_m == 0.0:
+        return points
+    return voxel_downsample(points, voxel_m, threads=settings.threads)

@@ -1,0 +1,113 @@
+"""The ground grid: one height a cell, and its integral (paper, "Voxel Meshing Calculation")."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from divespot import _native
+from divespot._arguments import as_floats, number
+from divespot.errors import DivespotError
+
+
+@dataclass(frozen=True)
+class HeightMap:
+    """One height a square cell, and what it rests on.
+
+    Attributes
+    ----------
+    heights_m
+        Shape ``(rows, columns)``: height at the middle of each cell, NaN where no point fell.
+        x grows along a row, y from row to row.
+    counts
+        Points in each cell.
+    relief_m
+        Highest minus lowest point of each cell.
+    origin_m
+        x and y of the corner of cell (0, 0).
+    cell_m
+        Edge of a cell.
+
+    """
+
+    heights_m: NDArray[np.float64]
+    counts: NDArray[np.uint32]
+    relief_m: NDArray[np.float64]
+    origin_m: tuple[float, float]
+    cell_m: float
+
+    def centers_m(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return x and y of the middle of each cell, each of shape ``(rows, columns)``."""
+        rows, columns = np.indices(self.heights_m.shape)
+        x0, y0 = self.origin_m
+        x = np.asarray(x0 + (columns + 0.5) * self.cell_m)
+        return x, np.asarray(y0 + (rows + 0.5) * self.cell_m)
+
+
+def height_map(points: ArrayLike, cell_m: float) -> HeightMap:
+    """Average the points of each cell of a square grid in x and y.
+
+    The mean height is carried from the mean position of a cell's points to its middle, along the
+    slope between the neighbouring cells. The grid starts a quarter of a cell below the lowest x
+    and y, so that a regular raster of points does not lie on the edges between cells.
+
+    Parameters
+    ----------
+    points
+        Shape ``(n, 3)``, in metres.
+    cell_m
+        Edge of a cell.
+
+    Raises
+    ------
+    DivespotError
+        No points, `points` of wrong shape or type, a cell that is not above 0 or so small that
+        the grid has more than 2**26 cells.
+
+    """
+    raw = _native.height_map(as_floats("points", points), number("cell_m", cell_m))
+    return HeightMap(raw.heights_m, raw.counts, raw.relief_m, raw.origin_m, cell_m)
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Material above (`cut_m3`) and missing below (`fill_m3`) a base, over `area_m2`."""
+
+    cut_m3: float
+    fill_m3: float
+    area_m2: float
+
+    @property
+    def volume_m3(self) -> float:
+        """Cut less fill."""
+        return self.cut_m3 - self.fill_m3
+
+
+def integrate(heights_m: ArrayLike, cell_m: float, *, base_m: ArrayLike = 0.0) -> Volume:
+    """Add up cell area times height above the base, cut and fill apart.
+
+    Parameters
+    ----------
+    heights_m
+        Heights of the cells, of any shape; NaN where there is none. Such cells are left out.
+    cell_m
+        Edge of a cell.
+    base_m
+        Height of the base: one number, or one for each cell.
+
+    Raises
+    ------
+    DivespotError
+        A base that does not fit the heights, or a cell that is not above 0.
+
+    """
+    heights, base = as_floats("heights_m", heights_m), as_floats("base_m", base_m)
+    if not number("cell_m", cell_m) > 0.0:
+        raise DivespotError(f"cell_m is {cell_m!r}: a finite number above 0 is needed")
+    try:
+        above = np.broadcast_to(heights - base, heights.shape)
+    except ValueError:
+        raise DivespotError(
+            f"base_m has shape {base.shape}: one number, or shape {heights.shape}, is needed"
+        ) from None
+    return Volume(*_native.integrate(above.astype(np.float64).ravel(), cell_m))

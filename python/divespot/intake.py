@@ -1,0 +1,98 @@
+"""From a file or an array to finite points near a local origin (paper, Pre-process 1)."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot._arguments import as_floats
+from divespot.errors import DivespotError
+from divespot.io import UNITS, Scan, read
+from divespot.report import Source
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from divespot.settings import Settings
+
+FEWEST = 10
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Finite points in metres relative to `origin_m`, and where they came from."""
+
+    points: NDArray[np.float64]
+    origin_m: NDArray[np.float64]
+    source: Source
+    warnings: tuple[str, ...]
+
+    def in_scan(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return positions near the origin in the scan's own frame and unit."""
+        return (positions_m + self.origin_m) / UNITS[self.source.unit]
+
+
+def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Cloud:
+    """Read a scan; drop and count points that are not finite and points at (0, 0, 0).
+
+    Depth cameras mark a pixel without a depth with either.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be read, the array has the wrong shape or type, or nothing is left.
+
+    """
+    scan = _scan(source, settings)
+    finite = np.asarray(np.isfinite(scan.points).all(axis=1))
+    nonzero = np.asarray((scan.points != 0.0).any(axis=1))
+    points = scan.points[finite & nonzero]
+    counts = (len(finite), int((~finite).sum()), int((finite & ~nonzero).sum()))
+    if len(points) < FEWEST:
+        raise DivespotError(
+            f"{scan.path or 'the array'}: of {counts[0]} points {counts[1]} are not finite and "
+            f"{counts[2]} are (0, 0, 0): at least {FEWEST} others are needed"
+        )
+    origin = points.min(axis=0)
+    unstated = f"the scan does not state its unit: {scan.unit} was assumed"
+    warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
+    return Cloud(points - origin, origin, Source(scan.path, *counts, scan.unit, scan.crs), warnings)
+
+
+def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
+    if isinstance(source, str | os.PathLike):
+        return read(source, unit=settings.unit)
+    array = as_floats("points", source)
+    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
+        raise DivespotError(
+            f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) and numbers "
+            "are needed"
+        )
+    unit = "m" if settings.unit == "auto" else settings.unit
+    if unit not in UNITS:
+        raise DivespotError(f"unit is {unit!r}: one of {', '.join(UNITS)} is needed")
+    points = np.ascontiguousarray(array, dtype=np.float64) * UNITS[unit]
+    return Scan(points, None, unit, unit_stated=True, crs=None, warnings=())
+
+
+def crop(cloud: Cloud, settings: Settings) -> Cloud:
+    """Keep the points inside the box (pass-through filter).
+
+    Raises
+    ------
+    DivespotError
+        Too few points lie inside.
+
+    """
+    if settings.crop is None:
+        return cloud
+    corners = np.array(settings.crop).reshape(2, 3) * UNITS[cloud.source.unit] - cloud.origin_m
+    inside = ((cloud.points >= corners[0]) & (cloud.points <= corners[1])).all(axis=1)
+    if inside.sum() < FEWEST:
+        raise DivespotError(
+            f"crop keeps {inside.sum()} of {len(inside)} points: at least {FEWEST} are needed"
+        )
+    return replace(cloud, points=cloud.points[inside])

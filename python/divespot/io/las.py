@@ -1,0 +1,165 @@
+"""LAS and LAZ (also COPC), through laspy and lazrs."""
+
+from __future__ import annotations
+
+import struct
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.io.crs import Crs, crs_from_geokeys, crs_from_wkt
+from divespot.io.records import require_bytes
+from divespot.io.scan import FloatArray, RawCloud, stack
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import laspy
+
+# Memory for one batch of unpacked records. Batches, because the count of a LAZ file cannot be
+# checked against its size beforehand.
+_BATCH_BYTES = 32 << 20
+_COMPRESSED_BIT = 0x80
+_FIRST_LAYERED_FORMAT = 6
+# Record ids under 'LASF_Projection'.
+_WKT, _GEOKEYS, _DOUBLES, _ASCII = 2112, 34735, 34736, 34737
+_CORRUPT = "not a readable LAS or LAZ file, truncated or corrupt ({})"
+
+
+def read_las(data: bytes) -> RawCloud:
+    """Read scaled x, y, z and the units that the reference system states."""
+    import laspy  # noqa: PLC0415  (import divespot stays light)
+
+    _check_header(data)
+    try:
+        # One thread: lazrs with several aborts the process on a corrupt chunk table, and is no
+        # faster here.
+        with laspy.open(
+            BytesIO(data),
+            laz_backend=laspy.LazBackend.Lazrs,
+            decompression_selection=laspy.DecompressionSelection.base()
+            | laspy.DecompressionSelection.Z,
+        ) as reader:
+            if reader.header.are_points_compressed:
+                _check_chunks(data, reader.header)
+            xyz = _read_points(reader)
+            crs = _read_crs(reader.header)
+    except DivespotError:
+        raise
+    # laspy and lazrs document no exceptions; whatever they raise here, the bytes are at fault.
+    # A panic inside lazrs arrives as a BaseException of a type that cannot be imported.
+    except BaseException as err:
+        if not isinstance(err, Exception) and type(err).__name__ != "PanicException":
+            raise
+        raise DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}")) from None
+    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text)
+
+
+def _check_header(data: bytes) -> None:
+    """Check all counts in the header against the file's size, before laspy believes them."""
+    try:
+        version = data[25]
+        header_size, start, vlrs, kind, stride, count = struct.unpack_from("<HIIBHI", data, 94)
+        evlr_start = evlrs = 0
+        if version >= 4:
+            evlr_start, evlrs, count = struct.unpack_from("<QIQ", data, 235)
+        if kind & _COMPRESSED_BIT:
+            _check_chunk_table(data, start, count)
+    except (IndexError, struct.error):
+        raise DivespotError(
+            "it ends inside its header or its LAZ chunk table: it is truncated"
+        ) from None
+    if header_size + vlrs * 54 > start or evlr_start + evlrs * 60 > len(data):
+        raise DivespotError("its LAS header promises more records than it holds: it is corrupt")
+    if not kind & _COMPRESSED_BIT:
+        require_bytes(count * stride, len(data) - start, count)
+
+
+def _table_offset(data: bytes, start: int) -> int:
+    """Return where the chunk table begins, of points that begin at `start`."""
+    offset: int = struct.unpack_from("<q", data, start)[0]
+    if offset <= start:
+        # A writer that could not seek back puts it last.
+        offset = struct.unpack_from("<q", data, len(data) - 8)[0]
+    return offset
+
+
+def _check_chunk_table(data: bytes, start: int, count: int) -> None:
+    """Check the size of the chunk table; raises struct.error where there is none."""
+    _, chunks = struct.unpack_from("<II", data, max(_table_offset(data, start), start))
+    if chunks > min(count, len(data)):
+        raise DivespotError(f"its LAZ chunk table promises {chunks} chunks: it is corrupt")
+
+
+def _check_chunks(data: bytes, header: laspy.LasHeader) -> None:
+    """Check the sizes from which lazrs allocates: of records, chunks and their layers."""
+    import lazrs  # noqa: PLC0415  (import divespot stays light)
+
+    start = header.offset_to_point_data
+    vlr = lazrs.LazVlr(header.vlrs.get("LasZipVlr")[0].record_data)
+    stream = BytesIO(data)
+    stream.seek(start)
+    sizes = [size for _, size in lazrs.read_chunk_table(stream, vlr)]
+    if start + 8 + sum(sizes) != _table_offset(data, start):
+        raise DivespotError("its LAZ chunks and its chunk table disagree: it is corrupt")
+    if vlr.item_size() != header.point_format.size:
+        raise DivespotError("its LAZ record and its LAS header disagree: it is corrupt")
+    if header.point_format.id < _FIRST_LAYERED_FORMAT:
+        return
+    at = start + 8
+    for size in sizes:
+        # A chunk is a point, its count, and a size for each layer: first x with y, then z.
+        layers = struct.unpack_from("<2I", data, at + header.point_format.size + 4)
+        if sum(layers) > size:
+            raise DivespotError("its LAZ layers are larger than their chunk: it is corrupt")
+        at += size
+
+
+def _read_points(reader: laspy.LasReader) -> FloatArray:
+    header = reader.header
+    batch = max(1, _BATCH_BYTES // header.point_format.size)
+    parts = [np.empty((0, 3))]
+    for points in reader.chunk_iterator(batch):
+        raw = stack([points.X, points.Y, points.Z])
+        # A corrupt scale may overflow to inf, which a later stage drops and counts.
+        with np.errstate(over="ignore", invalid="ignore"):
+            raw *= header.scales
+            raw += header.offsets
+        parts.append(raw)
+    xyz = np.concatenate(parts)
+    if len(xyz) != header.point_count:
+        raise DivespotError(
+            f"the header promises {header.point_count} points but the file holds {len(xyz)}: "
+            "it is truncated or corrupt"
+        )
+    return xyz
+
+
+def _read_crs(header: laspy.LasHeader) -> Crs:
+    """Return what the WKT record says, or else the GeoTIFF keys."""
+    records = [*header.vlrs, *(header.evlrs or [])]
+    projection = {v.record_id: v for v in records if v.user_id.strip("\0 ") == "LASF_Projection"}
+    wkt = projection[_WKT].string.strip("\0 \n") if _WKT in projection else ""
+    if wkt:
+        return crs_from_wkt(wkt)
+    return crs_from_geokeys(_geokeys(projection)) if _GEOKEYS in projection else Crs()
+
+
+def _geokeys(records: Mapping[int, Any]) -> dict[int, int | float | str]:
+    """Return GeoTIFF keys with their values looked up in the records that hold them."""
+    doubles = [d.value for d in records[_DOUBLES].doubles] if _DOUBLES in records else []
+    text = (
+        records[_ASCII].record_data_bytes().decode("ascii", "replace") if _ASCII in records else ""
+    )
+    keys: dict[int, int | float | str] = {}
+    for key in records[_GEOKEYS].geo_keys:
+        at = key.value_offset
+        if key.tiff_tag_location == 0:
+            keys[key.id] = at
+        elif key.tiff_tag_location == _DOUBLES and at < len(doubles):
+            keys[key.id] = doubles[at]
+        elif key.tiff_tag_location == _ASCII:
+            keys[key.id] = text[at : at + key.count].strip("|\0 ")
+    return keys

@@ -1,0 +1,117 @@
+"""NPY and NPZ, never pickled."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+import zlib
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+from numpy.lib import format as npy_format
+
+from divespot.errors import DivespotError
+from divespot.io.records import require_axes, require_bytes
+from divespot.io.scan import RawCloud, stack
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+# Deflate cannot do better than 1032 to 1.
+_DEFLATE_MAX_RATIO = 1032
+_POINTS_KEYS = ("points", "xyz", "arr_0")
+_SHAPES = "(n, 3 or more), (h, w, 3 or more), or a structured array with fields x, y, z"
+
+
+def read_npy(data: bytes) -> RawCloud:
+    """Read an (n, >=3), (h, w, >=3) or structured x, y, z array."""
+    return RawCloud(_xyz(_load(data)))
+
+
+def read_npz(data: bytes) -> RawCloud:
+    """Read the array named points, xyz or arr_0, or else the only one; or arrays x, y, z.
+
+    Other arrays are not touched: they may well be pickled.
+    """
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            members = {m.filename[:-4]: m for m in archive.infolist() if _is_array(m)}
+            arrays = [_load(archive.read(members[name])) for name in _chosen(list(members))]
+    # What zipfile raises on damaged archives; RuntimeError is an encrypted one.
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        EOFError,
+        OSError,
+        RuntimeError,
+        ValueError,
+    ) as err:
+        raise DivespotError(f"not a readable NPZ file, truncated or corrupt ({err})") from None
+    if len(arrays) == 1:
+        return RawCloud(_xyz(arrays[0]))
+    columns = [_real(array).ravel() for array in arrays]
+    if len({len(column) for column in columns}) != 1:
+        raise DivespotError("its arrays x, y and z differ in size: need one size")
+    return RawCloud(stack(columns))
+
+
+def _is_array(member: zipfile.ZipInfo) -> bool:
+    if member.file_size > member.compress_size * _DEFLATE_MAX_RATIO + 64:
+        raise DivespotError(f"its member {member.filename!r} lies about its size: it is corrupt")
+    return member.filename.endswith(".npy")
+
+
+def _chosen(names: list[str]) -> list[str]:
+    """Return the one array that holds the points, or the three that do."""
+    if all(axis in names for axis in "xyz"):
+        return ["x", "y", "z"]
+    named = [key for key in _POINTS_KEYS if key in names]
+    if not named and len(names) != 1:
+        raise DivespotError(
+            f"it holds the arrays {', '.join(names) or 'none'}: need one array, or one named "
+            f"{', '.join(_POINTS_KEYS)}, or x, y and z"
+        )
+    return named[:1] or names
+
+
+def _load(data: bytes) -> NDArray[Any]:
+    try:
+        _check_size(data)
+        array: NDArray[Any] = npy_format.read_array(BytesIO(data), allow_pickle=False)
+    except DivespotError:
+        raise
+    # The header is a Python literal, and NumPy lets through what its parser raises on garbage.
+    except Exception as err:  # noqa: BLE001
+        raise DivespotError(f"not a readable NPY array, truncated or corrupt ({err})") from None
+    return array
+
+
+def _check_size(data: bytes) -> None:
+    """Compare the header with the bytes that follow it; raises what NumPy raises on bad headers."""
+    stream = BytesIO(data)
+    version = npy_format.read_magic(stream)
+    # Version 3 differs from 2 in the encoding of field names alone.
+    parse = (
+        npy_format.read_array_header_1_0 if version[0] == 1 else npy_format.read_array_header_2_0
+    )
+    shape, _, dtype = parse(stream)
+    if dtype.hasobject:
+        raise DivespotError("it holds pickled Python objects: need an array of numbers")
+    require_bytes(math.prod(shape) * dtype.itemsize, len(data) - stream.tell(), math.prod(shape))
+
+
+def _xyz(array: NDArray[Any]) -> NDArray[np.float64]:
+    if array.dtype.names is not None:
+        require_axes(dict.fromkeys(array.dtype.names), "fields")
+        return stack([_real(array[axis]).ravel() for axis in "xyz"])
+    if array.ndim not in (2, 3) or array.shape[-1] < 3:
+        raise DivespotError(f"it holds an array of shape {array.shape}: need {_SHAPES}")
+    flat = _real(array).reshape(-1, array.shape[-1])
+    return stack([flat[:, axis] for axis in range(3)])
+
+
+def _real(array: NDArray[Any]) -> NDArray[Any]:
+    if array.dtype.kind not in "iuf":
+        raise DivespotError(f"it holds {array.dtype} values: need real numbers")
+    return array

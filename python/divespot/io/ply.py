@@ -1,0 +1,177 @@
+"""PLY (Stanford polygon format), ascii and both binaries.
+
+Read here and not by a library: plyfile is GPL; trimesh refuses a cloud whose faces differ in size,
+meshio one with 16-bit properties, further elements or, in ascii, any order but x, y, z. What
+remains is a header of a few lines and one NumPy call.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.io.records import require_axes, unpack_records
+from divespot.io.scan import FloatArray, RawCloud
+from divespot.io.table import number_rows, parse_rows, split_lines
+
+_TYPES = {
+    **dict.fromkeys(("char", "int8"), "i1"),
+    **dict.fromkeys(("uchar", "uint8"), "u1"),
+    **dict.fromkeys(("short", "int16"), "i2"),
+    **dict.fromkeys(("ushort", "uint16"), "u2"),
+    **dict.fromkeys(("int", "int32"), "i4"),
+    **dict.fromkeys(("uint", "uint32"), "u4"),
+    **dict.fromkeys(("int64", "long"), "i8"),
+    **dict.fromkeys(("uint64", "ulong"), "u8"),
+    **dict.fromkeys(("float", "float32"), "f4"),
+    **dict.fromkeys(("double", "float64"), "f8"),
+}
+_BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+_END = re.compile(rb"^end_header[ \t]*\r?\n", re.MULTILINE)
+_MAX_HEADER_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class _Property:
+    name: str
+    dtype: np.dtype[np.generic]
+    # The type of a list's length; None for a single value.
+    length_dtype: np.dtype[np.generic] | None
+
+
+@dataclass(frozen=True)
+class _Element:
+    name: str
+    count: int
+    properties: list[_Property] = field(default_factory=list)
+
+    @property
+    def has_lists(self) -> bool:
+        return any(p.length_dtype is not None for p in self.properties)
+
+    @property
+    def stride(self) -> int:
+        return sum(p.dtype.itemsize for p in self.properties)
+
+
+@dataclass(frozen=True)
+class _Header:
+    byte_order: str
+    elements: list[_Element]
+    size: int
+    lines: int
+
+
+def read_ply(data: bytes) -> RawCloud:
+    """Read x, y, z of the ``vertex`` element of a PLY file."""
+    header = _parse_header(data)
+    names = [element.name for element in header.elements]
+    if "vertex" not in names:
+        raise DivespotError("the PLY header has no 'vertex' element: need one with x, y and z")
+    before = header.elements[: names.index("vertex")]
+    vertex = header.elements[len(before)]
+    require_axes({p.name: None for p in vertex.properties}, "vertex properties")
+    if vertex.has_lists:
+        raise DivespotError("the PLY vertex element holds a list property: need single values only")
+    read_body = _read_binary if header.byte_order else _read_ascii
+    return RawCloud(read_body(data, header, before, vertex))
+
+
+def _parse_header(data: bytes) -> _Header:
+    end = _END.search(data, 0, _MAX_HEADER_BYTES)
+    if end is None:
+        raise DivespotError("the PLY header does not end in 'end_header': it is truncated")
+    lines = data[: end.start()].decode("utf-8", "replace").strip().split("\n")
+    order: str | None = None
+    elements: list[_Element] = []
+    for number, line in enumerate(lines[1:], 2):
+        words = line.split()
+        if not words or words[0] in ("comment", "obj_info"):
+            continue
+        try:
+            if words[0] == "format":
+                order = _BYTE_ORDERS[words[1]]
+            else:
+                _add(elements, words)
+        except (KeyError, IndexError, ValueError):
+            raise DivespotError(f"PLY header line {number} is {line[:80]!r}: not PLY") from None
+    if order is None:
+        raise DivespotError("the PLY header has no 'format' line")
+    return _Header(order, elements, end.end(), len(lines) + 1)
+
+
+def _add(elements: list[_Element], words: list[str]) -> None:
+    """Take one 'element' or 'property' line; raises KeyError, IndexError, ValueError if neither."""
+    match words:
+        case ["element", name, count] if count.isdecimal():
+            elements.append(_Element(name, int(count)))
+        case ["property", "list", length, kind, name]:
+            prop = _Property(name, np.dtype(_TYPES[kind]), np.dtype(_TYPES[length]))
+            elements[-1].properties.append(prop)
+        case ["property", kind, name]:
+            elements[-1].properties.append(_Property(name, np.dtype(_TYPES[kind]), None))
+        case _:
+            raise ValueError(words)
+
+
+def _read_ascii(
+    data: bytes, header: _Header, before: list[_Element], vertex: _Element
+) -> FloatArray:
+    rows, numbers = number_rows(split_lines(data[header.size :]), header.lines + 1)
+    start = sum(element.count for element in before)
+    held = max(len(rows) - start, 0)
+    if held < vertex.count:
+        raise DivespotError(
+            f"the header promises {vertex.count} points but the file holds {held} rows of them: "
+            "it is truncated or corrupt"
+        )
+    if vertex.count == 0:
+        return np.empty((0, 3))
+    stop = start + vertex.count
+    names = [p.name for p in vertex.properties]
+    if len(rows[start].split()) != len(names):
+        raise DivespotError(
+            f"line {numbers[start]} has {len(rows[start].split())} values: "
+            f"the header names {len(names)} vertex properties"
+        )
+    columns = (names.index("x"), names.index("y"), names.index("z"))
+    return parse_rows(rows[start:stop], numbers[start:stop], columns)
+
+
+def _read_binary(
+    data: bytes, header: _Header, before: list[_Element], vertex: _Element
+) -> FloatArray:
+    offset = header.size
+    for element in before:
+        offset = _skip(data, offset, element, header.byte_order)
+    fields = {}
+    at = 0
+    for p in vertex.properties:
+        fields[p.name] = (header.byte_order + p.dtype.str[1:], at)
+        at += p.dtype.itemsize
+    return unpack_records(data, offset, vertex.count, fields, at)
+
+
+def _skip(data: bytes, offset: int, element: _Element, byte_order: str) -> int:
+    """Return where the element that begins at `offset` ends."""
+    if not element.has_lists:
+        return offset + element.count * element.stride
+    big_or_little: Literal["big", "little"] = "big" if byte_order == ">" else "little"
+    for _ in range(element.count):
+        for p in element.properties:
+            times = 1
+            if p.length_dtype is not None:
+                head = data[offset : offset + p.length_dtype.itemsize]
+                if len(head) < p.length_dtype.itemsize:
+                    raise DivespotError(
+                        f"it ends inside its {element.count} {element.name!r} lists: "
+                        "it is truncated or corrupt"
+                    )
+                times = int.from_bytes(head, big_or_little)
+                offset += len(head)
+            offset += times * p.dtype.itemsize
+    return offset

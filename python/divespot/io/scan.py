@@ -1,0 +1,75 @@
+"""A scan as read from a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Points in metres, and what is known about where they came from.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 3), float64, C-contiguous
+        x, y, z in metres, in the file's order and frame. Nothing is dropped: rows that are not
+        finite and (0, 0, 0) rows are still there.
+    path : str or None
+        The file, or None for points that never were in one.
+    unit : str
+        The unit of the file's numbers, a key of `divespot.io.UNITS`. Divide metres by
+        ``UNITS[unit]`` to get back to it.
+    unit_stated : bool
+        Whether the file or the caller said so. If not, metres were assumed.
+    crs : str or None
+        The coordinate reference system in the file's own words: WKT, ``EPSG:<code>`` or a name.
+    warnings : tuple of str
+        What a user should know about the file, a sentence each.
+    """
+
+    points: FloatArray
+    path: str | None
+    unit: str
+    unit_stated: bool
+    crs: str | None
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RawCloud:
+    """What a reader of one format hands back: the file's numbers as they are.
+
+    Attributes
+    ----------
+    xyz : ndarray, shape (n, 3), float64
+    unit, vertical_unit : str or None
+        What the file says its x and y, and its z, are measured in. `vertical_unit` is None where
+        it says nothing of its own about z.
+    crs : str or None
+    warnings : tuple of str
+    """
+
+    xyz: FloatArray
+    unit: str | None = None
+    vertical_unit: str | None = None
+    crs: str | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def stack(columns: Sequence[NDArray[Any]]) -> FloatArray:
+    """Return three columns of one length as (n, 3) float64."""
+    xyz = np.empty((len(columns[0]), 3))
+    # A signalling NaN in a file is a NaN like any other, no reason to warn.
+    with np.errstate(invalid="ignore"):
+        for axis, column in enumerate(columns):
+            xyz[:, axis] = column
+    return xyz

@@ -1,0 +1,111 @@
+"""Rows of numbers as text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from divespot.io.scan import FloatArray
+
+
+def uncomment(line: str) -> str:
+    """Return `line` without what follows ``#`` or ``//``, and without outer blanks."""
+    return line.partition("#")[0].partition("//")[0].strip()
+
+
+def split_lines(data: bytes) -> list[str]:
+    """Return the lines of a text file: UTF-8 or UTF-16 by its mark, any line ends, no quotes."""
+    utf16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    text = data.decode("utf-16" if utf16 else "utf-8-sig", "replace")
+    # str.splitlines also breaks at form feeds and the like, which would shift line numbers.
+    return (
+        text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
+    )
+
+
+def number_rows(lines: Sequence[str], first_number: int) -> tuple[list[str], list[int]]:
+    """Return the lines that are neither blank nor comment, and their line numbers."""
+    stripped = [uncomment(line) for line in lines]
+    numbers = [number for number, row in enumerate(stripped, first_number) if row]
+    return [row for row in stripped if row], numbers
+
+
+def parse_rows(
+    rows: list[str],
+    numbers: Sequence[int],
+    columns: tuple[int, int, int],
+    delimiter: str | None = None,
+) -> FloatArray:
+    """Return three columns of a table of numbers.
+
+    Parameters
+    ----------
+    rows : list of str
+        The lines, none of them blank; all with the same number of fields.
+    numbers : sequence of int
+        The number of each line in its file, for messages.
+    columns : tuple of int
+        Where x, y, z stand.
+    delimiter : str or None
+        None is any run of blanks.
+
+    Returns
+    -------
+    ndarray, shape (n, 3), float64
+
+    Raises
+    ------
+    DivespotError
+        If a row has more or fewer fields than the first, or x, y or z is no number.
+    """
+    _require_even(rows, numbers, delimiter)
+    try:
+        return np.loadtxt(
+            rows, delimiter=delimiter, usecols=columns, comments=None, ndmin=2, dtype=np.float64
+        )
+    except ValueError as err:
+        _raise_bad_row(rows, numbers, columns, delimiter, err)
+
+
+def _require_even(rows: list[str], numbers: Sequence[int], delimiter: str | None) -> None:
+    widths = [len(row.split(delimiter)) for row in rows]
+    width = widths[0]
+    if widths.count(width) != len(widths):
+        odd = next(i for i, n in enumerate(widths) if n != width)
+        raise DivespotError(
+            f"line {numbers[odd]} has {widths[odd]} fields where line {numbers[0]} has {width}: "
+            "every row needs the same number"
+        )
+
+
+def _raise_bad_row(
+    rows: list[str],
+    numbers: Sequence[int],
+    columns: tuple[int, int, int],
+    delimiter: str | None,
+    err: ValueError,
+) -> NoReturn:
+    """Say which row it was; NumPy counts rows of its own."""
+    for number, row in zip(numbers, rows, strict=True):
+        fields = row.split(delimiter)
+        for column in columns:
+            if column >= len(fields) or not is_number(fields[column]):
+                raise DivespotError(
+                    f"line {number} is {row[:60]!r}: field {column + 1} must be a number"
+                ) from None
+    raise DivespotError(f"a row is not numbers ({err})") from None
+
+
+def is_number(text: str) -> bool:
+    """Return whether `text` is one number (nan and inf are)."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,62 @@
+"""Units of length, and the names and numbers by which files state them."""
+
+from __future__ import annotations
+
+import math
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+UNITS: Mapping[str, float] = MappingProxyType(
+    {
+        "m": 1.0,
+        "dm": 0.1,
+        "cm": 0.01,
+        "mm": 0.001,
+        "km": 1000.0,
+        "in": 0.0254,
+        "ft": 0.3048,
+        "us-ft": 1200.0 / 3937.0,
+        "yd": 0.9144,
+    }
+)
+"""Metres per unit."""
+
+DEGREES = "degrees"
+"""What a file with a geographic reference system is said to be in: no length."""
+
+
+def accepted_units() -> str:
+    """Return the names in `UNITS` as one line of text."""
+    return ", ".join(UNITS)
+
+
+def metres_per(unit: str) -> float:
+    """Return the length of `unit` in metres.
+
+    Raises
+    ------
+    DivespotError
+        If `unit` is not in `UNITS`.
+    """
+    try:
+        return UNITS[unit]
+    except (KeyError, TypeError):
+        raise DivespotError(
+            f"unknown unit {unit!r}: give one of auto, {accepted_units()}"
+        ) from None
+
+
+def unit_of(factor_m: float) -> str:
+    """Return the unit that is `factor_m` metres long, or the factor as text.
+
+    International and US survey foot differ by 2e-6, files round to 1e-9 or better.
+    """
+    for name, metres in UNITS.items():
+        if math.isclose(factor_m, metres, rel_tol=1e-7):
+            return name
+    return f"units of {factor_m!r} m"

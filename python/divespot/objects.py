@@ -1,0 +1,193 @@
+"""From a levelled cloud to the objects on its ground (paper, Algorithm 3 to Voxel Meshing)."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot import _native
+from divespot.clusters import find_clusters
+from divespot.kernels import ground_height, radius_outlier_mask
+from divespot.report import Budget, Pile
+from divespot.settings import given
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from divespot.grid import HeightMap
+    from divespot.intake import Cloud
+    from divespot.pose import Pose
+    from divespot.report import Position
+    from divespot.settings import Settings
+
+#: Half-width, in margins of a normal distribution, of the expanded uncertainty (95 %).
+COVERAGE = 2.0
+
+
+#: With less of the points on the ground's plane, the ground is no plane.
+FLAT_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class GroundLevel:
+    """Height of the ground in the level frame and the spread of its cells."""
+
+    height_m: float
+    noise_m: float
+
+
+def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Settings]:
+    """Find the ground's height and noise, and the lengths that follow from them.
+
+    The noise is taken from the cells below the ground: those above may belong to a pile.
+    """
+    heights = grid.heights_m[~np.isnan(grid.heights_m)]
+    height = ground_height(
+        heights,
+        bin_m=given(settings.bin_m),
+        window=settings.window,
+        rule=settings.ground_rule,
+        lower_fraction=settings.lower_fraction,
+    )
+    below = height - heights[heights < height]
+    near = below[below < 2.0 * given(settings.plane_threshold_m)]
+    noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
+    return GroundLevel(height, noise), settings.grounded(noise)
+
+
+def find_objects(
+    grid: HeightMap, ground: GroundLevel, settings: Settings, warn: Callable[[str], None]
+) -> NDArray[np.int32]:
+    """Label the cells that stand above the ground, one label an object (fine filter).
+
+    What is cut off here is not lost: the toe is found again around each object.
+
+    Returns
+    -------
+    labels
+        Shape ``(rows * columns,)``: the object of each cell, the largest 0; -1 for none.
+
+    """
+    heights = grid.heights_m.ravel()
+    labels = np.full(len(heights), -1, dtype=np.int32)
+    above = np.flatnonzero(heights > ground.height_m + given(settings.margin_m))
+    x, y = grid.centers_m()
+    cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
+    if given(settings.fine_radius_m) > 0.0:
+        kept = radius_outlier_mask(
+            cells, given(settings.fine_radius_m), settings.min_neighbors, threads=settings.threads
+        )
+        above, cells = above[kept], cells[kept]
+    found = find_clusters(cells, settings.link_m, settings)
+    labels[above] = found
+    gap = math.ceil(given(settings.link_m) / grid.cell_m) - 1
+    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
+    if settings.select == "largest":
+        _warn_of_dropped(labels, warn)
+        labels[labels > 0] = -1
+    return labels
+
+
+def _warn_of_dropped(found: NDArray[np.int32], warn: Callable[[str], None]) -> None:
+    dropped = int((found > 0).sum())
+    if dropped:
+        warn(
+            f"the largest of {found.max() + 1} objects was measured, and "
+            f"{dropped / (found >= 0).sum():.0%} of the cells of all objects dropped"
+        )
+
+
+def measure_objects(
+    grid: HeightMap, labels: NDArray[np.int32], ground: GroundLevel, settings: Settings
+) -> list[_native.RawObject]:
+    """Integrate each object above its base, its toe included."""
+    return _native.measure_objects(
+        grid.heights_m,
+        grid.origin_m,
+        grid.cell_m,
+        labels,
+        math.ceil(given(settings.toe_m) / grid.cell_m),
+        settings.ring_share,
+        given(settings.margin_m),
+        (ground.height_m, ground.noise_m, ground.noise_m),
+        settings.base == "local",
+    )
+
+
+def describe(
+    objects: list[_native.RawObject], cloud: Cloud, pose: Pose, settings: Settings
+) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
+    """Return piles and other objects, each largest first, placed in the scan's own frame."""
+    found = sorted(objects, key=lambda o: o.fill_m3 - o.cut_m3)
+    described = [_pile(item, cloud, pose, settings) for item in found]
+    piles = [item for item in described if item.reason is None]
+    others = [item for item in described if item.reason is not None]
+    return _numbered(piles), _numbered(others)
+
+
+def _numbered(items: list[Pile]) -> tuple[Pile, ...]:
+    return tuple(dataclasses.replace(item, id=i) for i, item in enumerate(items, start=1))
+
+
+def _pile(raw: _native.RawObject, cloud: Cloud, pose: Pose, settings: Settings) -> Pile:
+    def place(position: Position) -> Position:
+        x, y, z = cloud.in_scan(pose.restored(position)).tolist()
+        return x, y, z
+
+    factor = settings.factor
+    terms = (raw.noise_m3, raw.base_m3, raw.footprint_m3, raw.filled_m3, raw.grid_m3)
+    budget = Budget(*(factor * term for term in terms))
+    volume = factor * (raw.cut_m3 - raw.fill_m3)
+    mass, u_mass = _mass(volume, budget.combined_m3(), settings)
+    return Pile(
+        id=0,
+        volume_m3=volume,
+        u95_m3=COVERAGE * budget.combined_m3(),
+        cut_m3=factor * raw.cut_m3,
+        fill_m3=factor * raw.fill_m3,
+        footprint_m2=raw.footprint_m2,
+        max_height_m=raw.max_height_m,
+        centroid_m=place(raw.centroid_m),
+        outline_m=tuple(place(corner) for corner in raw.outline_m),
+        seen_fraction=raw.seen_fraction,
+        touches_edge=raw.touches_edge,
+        mass_kg=mass,
+        u95_mass_kg=u_mass,
+        base=raw.base,
+        budget=budget,
+        reason=raw.reason,
+    )
+
+
+def _mass(volume_m3: float, u_m3: float, settings: Settings) -> tuple[float | None, float | None]:
+    """Return the mass and its expanded uncertainty: relative uncertainties add in squares."""
+    density = settings.density_kg_m3
+    if density is None:
+        return None, None
+    u_mass = math.hypot(density * u_m3, volume_m3 * settings.density_u_kg_m3)
+    return density * volume_m3, COVERAGE * u_mass
+
+
+def doubts(piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int) -> list[str]:
+    """Return what a user should know before trusting the numbers."""
+    found = []
+    if not piles:
+        what = (
+            f"{len(others)} other objects were found" if others else "nothing stands on the ground"
+        )
+        found.append(f"no pile was found: {what}")
+    share = pose.plane.inliers / points
+    if share < FLAT_SHARE:
+        found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
+    for pile in piles:
+        if pile.touches_edge:
+            found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
+        if pile.base == "ground" and pose is not None:
+            found.append(f"pile {pile.id} has no ground of its own around it")
+    return found

@@ -1,0 +1,84 @@
+"""The paper's method, a stage a line: a scan in, piles out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from divespot.filters import radius_filter, scene_cluster, voxels
+from divespot.grid import height_map
+from divespot.intake import crop, load
+from divespot.objects import describe, doubts, find_ground, find_objects, measure_objects
+from divespot.pose import find_pose, ground_in_scan
+from divespot.progress import Progress
+from divespot.report import Level, Report, Total
+from divespot.settings import Settings, given
+from divespot.spacing import take_survey
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
+
+
+def measure(
+    source: str | os.PathLike[str] | ArrayLike,
+    settings: Settings | None = None,
+    *,
+    on_stage: Callable[[str], None] | None = None,
+    **changes: Any,  # noqa: ANN401 - as many types as settings
+) -> Report:
+    """Measure every pile in a scan.
+
+    Parameters
+    ----------
+    source
+        The path of a scan (PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY, NPZ), or points of shape
+        ``(n, 3)`` in metres. Points that are not finite or all zero are dropped and counted.
+    settings
+        What to do; by default `Settings()`, where every length follows from the scan.
+    on_stage
+        Called with the name of each stage as it begins.
+    **changes
+        Single settings by name, instead of `settings`.
+
+    Returns
+    -------
+    report
+        The piles, largest first, with volumes and uncertainties. The same points give the same
+        report, bit for bit and times aside, in any order and at any number of threads.
+
+    Raises
+    ------
+    DivespotError
+        The scan cannot be read, too few points are left, no plane goes through them, or a
+        setting is unknown or out of range.
+
+    """
+    s = Settings.of(changes) if settings is None else replace(settings, **changes)
+    run = Progress(on_stage)
+    cloud = run("read", load, source, s)
+    cloud = run("crop", crop, cloud, s)
+    scan, s = run("survey", take_survey, cloud.points, s)
+    points = run("radius filter", radius_filter, cloud.points, s)
+    points = run("scene cluster", scene_cluster, points, s, run.warn)
+    points = run("voxels", voxels, points, s)
+    pose = run("pose", find_pose, points, scan, s)
+    points = run("rotation", pose.level, points, s.threads)
+    grid = run("height map", height_map, points, given(s.cell_m))
+    ground, s = run("ground", find_ground, grid, s)
+    labels = run("fine filter", find_objects, grid, ground, s, run.warn)
+    objects = run("volume", measure_objects, grid, labels, ground, s)
+    piles, others = describe(objects, cloud, pose, s)
+    return Report(
+        source=cloud.source,
+        piles=piles,
+        other_objects=others,
+        total=Total.of(piles),
+        ground=ground_in_scan(pose, ground, cloud, len(points)),
+        settings=s,
+        timings_s=run.timings_s,
+        warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points))),
+        level=Level(grid, ground.height_m, {o.label: tuple(o.outline_m) for o in objects}),
+    )

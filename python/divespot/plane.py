@@ -1,0 +1,133 @@
+"""Planes and the rotation that lays them level (paper, Algorithm 2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot import _native
+from divespot._arguments import as_floats, number, whole
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane ``normal @ p == offset_m``.
+
+    Attributes
+    ----------
+    normal
+        Unit normal; of its two signs the one on the side of the axis asked for, else z >= 0.
+    offset_m
+        Distance from the coordinates' origin along the normal.
+    inliers
+        Number of points within the threshold.
+    rms_m
+        Root mean square distance of those points from the plane.
+
+    """
+
+    normal: tuple[float, float, float]
+    offset_m: float
+    inliers: int
+    rms_m: float
+
+    def heights_m(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return signed distances, shape ``(n,)``, positive on the normal's side."""
+        return np.asarray(points @ np.array(self.normal) - self.offset_m)
+
+
+def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC
+    points: ArrayLike,
+    threshold_m: float,
+    *,
+    hypotheses: int = 1000,
+    axis: Sequence[float] | None = None,
+    max_tilt_deg: float = 90.0,
+    seed: int = 0,
+    threads: int = 0,
+) -> Plane:
+    """Fit the plane that most points support: RANSAC, then least squares (Algorithm 2, lines 2, 3).
+
+    Parameters
+    ----------
+    points
+        Shape ``(n, 3)``, in metres.
+    threshold_m
+        A point this near to the plane supports it.
+    hypotheses
+        Planes through three random points that are tried. They are scored by MSAC on 4,096
+        random points; the best is refitted to all points within the threshold until it settles.
+    axis, max_tilt_deg
+        Where an axis is given, only planes are considered whose normal is within this angle of
+        it, and the normal points to its side.
+    seed
+        Seed of the random draws; the order of the points does not matter.
+    threads
+        0 takes every core that the process may use.
+
+    Raises
+    ------
+    DivespotError
+        Fewer than three points, all on one line, no admissible plane, or a setting out of range.
+
+    """
+    return Plane(
+        *_native.fit_plane(
+            as_floats("points", points),
+            number("threshold_m", threshold_m),
+            whole("hypotheses", hypotheses),
+            cone(axis, max_tilt_deg),
+            whole("seed", seed),
+            whole("threads", threads),
+        )
+    )
+
+
+def cone(
+    axis: Sequence[float] | None, max_tilt_deg: float
+) -> tuple[tuple[float, float, float], float] | None:
+    """Return the admissible normals as the native kernels take them."""
+    if axis is None:
+        return None
+    try:
+        x, y, z = (float(v) for v in axis)
+    except (TypeError, ValueError):
+        raise DivespotError(f"axis is {axis!r}: three numbers are needed") from None
+    if not 0.0 < math.hypot(x, y, z) < math.inf:
+        raise DivespotError(f"axis is {axis!r}: finite numbers that are not all 0 are needed")
+    return (x, y, z), math.radians(number("max_tilt_deg", max_tilt_deg))
+
+
+def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]:
+    """Return the rotation that takes `normal` onto +z by the shortest way (Rodrigues' formula).
+
+    Parameters
+    ----------
+    normal
+        Three numbers, of any length but 0.
+
+    Returns
+    -------
+    rotation
+        Shape ``(3, 3)``: ``rotation @ normal`` lies along +z; for points as rows,
+        ``points @ rotation.T``. The paper's `T` is its transpose, and its formula names z as
+        the axis; the axis is the unit vector along ``normal x z``. A normal along -z has no
+        shortest way and is turned about x.
+
+    Raises
+    ------
+    DivespotError
+        `normal` is not three finite numbers that are not all 0.
+
+    """
+    axis = cone(normal, 0.0)
+    return _native.rotation_to_z(axis[0] if axis else (0.0, 0.0, 0.0))

@@ -1,0 +1,116 @@
+"""Posture correction: the scan's frame, the level frame, and the way between (Algorithm 2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot import _native
+from divespot.errors import DivespotError
+from divespot.plane import Plane, cone, rotation_to_z
+from divespot.report import Ground
+from divespot.settings import given
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.intake import Cloud
+    from divespot.objects import GroundLevel
+    from divespot.report import Position
+    from divespot.settings import Settings
+    from divespot.spacing import Survey
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class Pose:
+    """How the ground lies in the scan.
+
+    A point p of the cloud is at ``rotation @ p - (0, 0, offset_m)`` in the level frame, where the
+    ground is z = 0 and up is +z.
+    """
+
+    plane: Plane
+    rotation: NDArray[np.float64]
+    tilt_deg: float
+
+    def level(self, points: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
+        """Return points of the cloud in the level frame."""
+        turned = _native.rotate(points, self.rotation.tolist(), threads)
+        turned[:, 2] -= self.plane.offset_m
+        return turned
+
+    def restored(self, position: Position) -> NDArray[np.float64]:
+        """Return a place of the level frame in the cloud's frame."""
+        x, y, z = position
+        return np.array((x, y, z + self.plane.offset_m)) @ self.rotation
+
+
+def parse_up(up: str) -> tuple[float, float, float] | None:
+    """Return the direction that `up` names; None for auto.
+
+    Raises
+    ------
+    DivespotError
+        The text is none of auto, x, y, z, -x, -y, -z and a,b,c.
+
+    """
+    if up == "auto":
+        return None
+    if up.lstrip("+-") in AXES and len(up) <= 2:
+        sign = -1.0 if up.startswith("-") else 1.0
+        x, y, z = AXES[up.lstrip("+-")]
+        return sign * x, sign * y, sign * z
+    try:
+        x, y, z = (float(part) for part in up.split(","))
+    except ValueError:
+        raise DivespotError(
+            f"up is {up!r}: auto, x, y, z, -x, -y, -z or three numbers a,b,c are needed"
+        ) from None
+    return x, y, z
+
+
+def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -> Pose:
+    """Find the ground plane and the rotation that lays it level.
+
+    Of several planes the one is taken that has (nearly) nothing below it and on which something
+    slopes as bulk material does; see the core's ``ground`` module. The paper takes the largest,
+    which may be a wall.
+
+    Raises
+    ------
+    DivespotError
+        No plane goes through the points, or none that is level enough.
+
+    """
+    up = parse_up(settings.up)
+    parts = _native.find_ground(
+        points,
+        survey.at_m,
+        survey.normals,
+        given(settings.plane_threshold_m),
+        settings.hypotheses,
+        cone(up, settings.max_tilt_deg),
+        settings.seed,
+        settings.threads,
+    )
+    plane = Plane(*parts)
+    upright = rotation_to_z(plane.normal)
+    along = _native.align_to_rectangle(_native.rotate(points, upright.tolist(), settings.threads))
+    return Pose(plane, along @ upright, _angle_deg(plane.normal, up or AXES["z"]))
+
+
+def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
+    """Describe the ground in the scan's own frame, in metres."""
+    normal = pose.plane.normal
+    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
+    return Ground(normal, offset, pose.tilt_deg, ground.noise_m, pose.plane.inliers / points)
+
+
+def _angle_deg(a: Position, b: Position) -> float:
+    cosine = np.dot(a, b) / np.linalg.norm(b)
+    return math.degrees(math.acos(min(1.0, max(-1.0, float(cosine)))))

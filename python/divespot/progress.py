@@ -1,0 +1,34 @@
+"""The time of each stage, and what went on in it."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class Progress:
+    """Runs stages, times them and collects their warnings."""
+
+    def __init__(self, on_stage: Callable[[str], None] | None) -> None:
+        self._on_stage = on_stage
+        self.timings_s: dict[str, float] = {}
+        self.warnings: list[str] = []
+
+    def __call__(self, name: str, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Run one stage."""
+        if self._on_stage is not None:
+            self._on_stage(name)
+        start = time.perf_counter()
+        result = stage(*args, **kwargs)
+        self.timings_s[name] = time.perf_counter() - start
+        return result
+
+    def warn(self, text: str) -> None:
+        """Keep a warning for the report."""
+        self.warnings.append(text)

@@ -1,0 +1,171 @@
+"""What a measurement found: the report and its JSON (schema ``divespot.report/1``)."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from divespot.grid import HeightMap
+    from divespot.settings import Settings
+
+SCHEMA = "divespot.report/1"
+
+Position = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the points came from and how many were of no use.
+
+    `unit` is the unit of the file's numbers; the report's positions are in it.
+    """
+
+    path: str | None
+    points: int
+    dropped_nonfinite: int
+    dropped_zero: int
+    unit: str
+    crs: str | None
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Standard uncertainties of a volume, independent of each other (after the GUM)."""
+
+    noise_m3: float
+    base_m3: float
+    footprint_m3: float
+    filled_m3: float
+    grid_m3: float
+
+    def combined_m3(self) -> float:
+        """Return the root of the sum of squares."""
+        return math.hypot(*dataclasses.astuple(self))
+
+
+@dataclass(frozen=True)
+class Pile:
+    """One object on the ground.
+
+    `volume_m3` is `cut_m3` (above the base) less `fill_m3` (below it). `u95_m3` is the expanded
+    uncertainty, twice the standard uncertainty that `budget` adds up to. `base` names what the
+    base rests on. `reason` says why the object is no pile; None for a pile.
+    """
+
+    id: int
+    volume_m3: float
+    u95_m3: float
+    cut_m3: float
+    fill_m3: float
+    footprint_m2: float
+    max_height_m: float
+    centroid_m: Position
+    outline_m: tuple[Position, ...]
+    seen_fraction: float
+    touches_edge: bool
+    mass_kg: float | None
+    u95_mass_kg: float | None
+    base: str
+    budget: Budget
+    reason: str | None = None
+
+
+@dataclass(frozen=True)
+class Total:
+    """All piles together; what their errors have in common adds up linearly."""
+
+    volume_m3: float
+    u95_m3: float
+
+    @classmethod
+    def of(cls, piles: tuple[Pile, ...]) -> Total:
+        """Add up piles: their bases may all be off to the same side, the rest is independent."""
+        base = sum(pile.budget.base_m3 for pile in piles)
+        rest = (dataclasses.replace(pile.budget, base_m3=0.0).combined_m3() for pile in piles)
+        u95 = 2.0 * math.hypot(base, *rest)
+        return cls(sum(pile.volume_m3 for pile in piles), u95)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The plane of the ground, ``normal @ p == offset_m`` in metres in the scan's frame.
+
+    `roughness_m` is the standard deviation of the ground's cells about it, `inlier_fraction` the
+    share of the points within the plane's threshold.
+    """
+
+    normal: Position
+    offset_m: float
+    tilt_deg: float
+    roughness_m: float
+    inlier_fraction: float
+
+
+@dataclass(frozen=True)
+class Level:
+    """The levelled scene, for pictures: its height map, ground and outlines in the level frame."""
+
+    height_map: HeightMap
+    ground_m: float
+    outlines_m: Mapping[int, tuple[Position, ...]]
+
+
+@dataclass(frozen=True)
+class Report:
+    """The result of `divespot.measure`."""
+
+    source: Source
+    piles: tuple[Pile, ...]
+    other_objects: tuple[Pile, ...]
+    total: Total
+    ground: Ground
+    settings: Settings
+    timings_s: Mapping[str, float]
+    warnings: tuple[str, ...]
+    level: Level = field(repr=False, compare=False)
+
+    @property
+    def seed(self) -> int:
+        """The seed of all random draws."""
+        return self.settings.seed
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as the JSON contract has it."""
+        from divespot import __version__  # noqa: PLC0415 - the package imports this module
+
+        piles = [_without_reason(pile) for pile in self.piles]
+        return {
+            "schema": SCHEMA,
+            "divespot": __version__,
+            "source": dataclasses.asdict(self.source),
+            "piles": piles,
+            "other_objects": [dataclasses.asdict(item) for item in self.other_objects],
+            "total": dataclasses.asdict(self.total),
+            "ground": dataclasses.asdict(self.ground),
+            "settings": dataclasses.asdict(self.settings),
+            "seed": self.seed,
+            "timings_s": dict(self.timings_s),
+            "warnings": list(self.warnings),
+        }
+
+    def to_json(self) -> str:
+        """Return the report as one JSON object; what is not a number is null."""
+        return json.dumps(_finite(self.to_dict()), indent=1, allow_nan=False)
+
+
+def _without_reason(pile: Pile) -> dict[str, Any]:
+    return {name: value for name, value in dataclasses.asdict(pile).items() if name != "reason"}
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401 - any JSON value
+    if isinstance(value, dict):
+        return {name: _finite(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,144 @@
+"""What can be set, what it means, and how what is not set follows from the scan."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from divespot._options import box, choice, count, flag, length, positive, text
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from divespot.spacing import Survey
+
+#: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
+FLATTEST_REPOSE_DEG = 15.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """The settings of `divespot.measure`; the command line has an option for each.
+
+    What is None follows from the cloud's own point spacing. `Settings()` is the measuring
+    instrument; `Settings.paper()` is the paper's method to the letter.
+    """
+
+    unit: str = text("unit of the file's coordinates; auto: as the file says, else m", "auto")
+    crop: tuple[float, ...] | None = box(
+        "keep this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
+    )
+    up: str = text("where up is, roughly: auto, x, y, z, -x, -y, -z or a,b,c", "auto")
+    max_tilt_deg: float = positive("largest angle between a given up and the ground's normal", 45.0)
+    radius_m: float | None = length("radius of the filter of stray points; 0: no filter")
+    min_neighbors: int = count("neighbours that a point needs within the radius", 6, 0)
+    scene_cluster: bool = flag("keep only the largest cluster of the whole scene (paper)")
+    voxel_m: float | None = length("edge of the voxels for uniform sampling; 0: none", 0.0)
+    plane_threshold_m: float | None = positive("distance within which points support a plane")
+    hypotheses: int = count("planes through three random points that are tried", 1000, 1)
+    cell_m: float | None = positive("edge of a cell of the ground grid")
+    bin_m: float | None = positive("height of a bin of the height histogram")
+    window: int = count("bins of the histogram's moving average, an odd number", 5, 1)
+    lower_fraction: float = positive("part of the height range in which the ground lies", 0.5)
+    ground_rule: Literal["lower", "first", "midpoint"] = choice(
+        "the histogram's peak that is the ground", "lower", "first", "midpoint"
+    )
+    margin_m: float | None = positive("height above the ground from which it is an object")
+    fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
+    cluster_backend: Literal["divespot", "hdbscan"] = choice(
+        "what does the clustering", "divespot", "hdbscan"
+    )
+    min_cluster_size: int = count("cells or points that make a cluster", 20, 2)
+    min_samples: int = count("neighbours that make a cell or point a cluster's core", 5, 1)
+    link_m: float | None = positive("gap above which objects are apart")
+    select: Literal["all", "largest"] = choice("objects that are measured", "all", "largest")
+    base: Literal["local", "peak"] = choice(
+        "what an object stands on: the ground around it, or the histogram's peak", "local", "peak"
+    )
+    toe_m: float | None = length("width around an object that may hold its toe")
+    ring_share: float = positive(
+        "width of the ring of ground for the local base, by object size", 0.15
+    )
+    factor: float = positive("compensation factor of the volume (paper)", 1.0)
+    density_kg_m3: float | None = positive("bulk density, for the mass")
+    density_u_kg_m3: float = length("standard uncertainty of the density", 0.0)
+    seed: int = count("seed of all random draws", 0, 0)
+    threads: int = count("threads; 0: all that this process may use", 0, 0)
+
+    def __post_init__(self) -> None:
+        """Check every value."""
+        for item in dataclasses.fields(self):
+            item.metadata["check"](item.name, getattr(self, item.name))
+
+    @classmethod
+    def paper(cls, **changes: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+        """Return the paper's method: one pile, cut above one ground height, without a toe."""
+        paper: dict[str, Any] = {
+            "scene_cluster": True,
+            "voxel_m": None,
+            "select": "largest",
+            "base": "peak",
+            "toe_m": 0.0,
+        }
+        return cls.of({**paper, **changes})
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Settings:
+        """Return settings from names and values.
+
+        Raises
+        ------
+        DivespotError
+            A name is no setting, or a value out of range.
+
+        """
+        known = [item.name for item in dataclasses.fields(cls)]
+        for name in values:
+            if name not in known:
+                raise DivespotError(
+                    f"unknown setting {name!r}: one of {', '.join(known)} is needed"
+                )
+        return cls(**values)
+
+    def resolved(self, survey: Survey) -> Settings:
+        """Return these settings with the lengths that follow from the cloud.
+
+        A length is a multiple of the point spacing; of the roughness, where the sensor's noise
+        is the coarser of the two.
+        """
+        spacing, roughness = survey.spacing_m, survey.roughness_m
+        cell = 2.0 * spacing if self.cell_m is None else self.cell_m
+        return self._completed(
+            radius_m=3.0 * spacing,
+            voxel_m=2.0 * spacing,
+            plane_threshold_m=max(1.5 * spacing, 4.0 * roughness),
+            cell_m=cell,
+            bin_m=max(roughness, spacing / 8.0),
+            fine_radius_m=2.5 * cell,
+            link_m=2.5 * cell,
+        )
+
+    def grounded(self, noise_m: float) -> Settings:
+        """Return resolved settings with the lengths that follow from the noise of the ground."""
+        cell = given(self.cell_m)
+        margin = max(4.0 * noise_m, 0.5 * cell) if self.margin_m is None else self.margin_m
+        return self._completed(
+            margin_m=margin,
+            toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
+        )
+
+    def _completed(self, **derived: float) -> Settings:
+        missing: dict[str, Any] = {
+            name: value for name, value in derived.items() if getattr(self, name) is None
+        }
+        return dataclasses.replace(self, **missing)
+
+
+def given(value: float | None) -> float:
+    """Return a length that must be known by now."""
+    if value is None:
+        raise DivespotError("a length is not known yet: settings must be resolved against a scan")
+    return value

@@ -1,0 +1,35 @@
+"""Simulated time-of-flight scans of piles whose volume is known exactly.
+
+``scan("shape-07", seed=3)`` gives points and truth; any `Scene` can be scanned, and varied with
+`dataclasses.replace`. NumPy only; one seed decides every bit.
+"""
+
+from divespot.simulate.camera import FLYING, GROUND, INVALID, STRAY, THING
+from divespot.simulate.pose import Pose
+from divespot.simulate.scan import SimulatedScan, scan
+from divespot.simulate.scene import Box, Camera, Floor, Person, Pile, Rod, Scene, Thing, Wall
+from divespot.simulate.scenes import NAMES, scene_named
+from divespot.simulate.surface import Surface
+
+__all__ = [
+    "FLYING",
+    "GROUND",
+    "INVALID",
+    "NAMES",
+    "STRAY",
+    "THING",
+    "Box",
+    "Camera",
+    "Floor",
+    "Person",
+    "Pile",
+    "Pose",
+    "Rod",
+    "Scene",
+    "SimulatedScan",
+    "Surface",
+    "Thing",
+    "Wall",
+    "scan",
+    "scene_named",
+]

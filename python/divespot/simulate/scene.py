@@ -1,0 +1,293 @@
+"""The parts a scene is composed of: frozen records, checked when made.
+
+Scene frame: metres, x along the camera's rail, y across it, z up, the floor's middle at the origin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from divespot.simulate.checks import (
+    require,
+    require_not_negative,
+    require_positive,
+    require_share,
+)
+from divespot.simulate.pose import Pose
+
+XY: TypeAlias = tuple[float, float]
+XYZ: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Floor:
+    """What the piles stand on; it reaches beyond the measured strip.
+
+    Parameters
+    ----------
+    length_m, width_m
+        Extent along x and y, centred at the origin.
+    node_m
+        Spacing of the nodes between which floor and piles are bilinear.
+    slope_deg
+        Tilt of the whole floor, rising towards +x.
+    wave_m, wave_length_m
+        Largest departure from the plane, and typical length, of a long-wave waver.
+    fold_deg
+        Angle between two planes that meet in the line x = `edge_m`; the far one rises.
+    step_m
+        Height by which the floor rises in the line x = `edge_m`.
+    edge_m
+        Where fold and step lie.
+    """
+
+    length_m: float = 3.5
+    width_m: float = 3.2
+    node_m: float = 0.004
+    slope_deg: float = 0.0
+    wave_m: float = 0.0
+    wave_length_m: float = 2.0
+    fold_deg: float = 0.0
+    step_m: float = 0.0
+    edge_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive(self, "length_m", "width_m", "node_m", "wave_length_m")
+        require_not_negative(self, "wave_m")
+        for name in ("slope_deg", "fold_deg"):
+            angle = getattr(self, name)
+            require(abs(angle) < 45, f"Floor.{name} is {angle}; an angle below 45 is needed")
+        nodes = self.length_m * self.width_m / self.node_m**2
+        require(
+            nodes <= 2e7,
+            f"a floor of {nodes:.0f} nodes was asked for; up to 20 million fit, raise Floor.node_m",
+        )
+
+
+@dataclass(frozen=True)
+class Pile:
+    """A heap of bulk material of exactly known volume.
+
+    Poured from one or more points (cones) or along lines (ridges), at the material's angle of
+    repose. Where piles touch, the higher surface counts and each one's truth is its own side of
+    the valley.
+
+    Parameters
+    ----------
+    volume_m3
+        Volume above the floor of the pile standing alone; walls it leans on are not part of it.
+    center_m
+        Middle of its footprint on a level floor, walls aside.
+    repose_deg
+        Angle of repose: no flank is steeper, grain-scale roughness aside.
+    peaks
+        Number of peaks.
+    spread
+        How far apart the peaks lie, in radii of the cone of the same volume.
+    ridge
+        Half the length of the line each peak is poured along, in the same radii.
+    heading_deg
+        Direction of the ridges and of the longer spread, from x; random if not given.
+    roughness_m, grain_m
+        Standard deviation and correlation length of the surface's roughness.
+    """
+
+    volume_m3: float
+    center_m: XY = (0.0, 0.0)
+    repose_deg: float = 23.0
+    peaks: int = 1
+    spread: float = 0.6
+    ridge: float = 0.0
+    heading_deg: float | None = None
+    roughness_m: float = 0.001
+    grain_m: float = 0.008
+
+    def __post_init__(self) -> None:
+        require_positive(self, "volume_m3", "grain_m")
+        require_not_negative(self, "roughness_m", "spread", "ridge")
+        require(
+            1 <= self.repose_deg <= 60,
+            f"Pile.repose_deg is {self.repose_deg}; an angle from 1 to 60 is needed",
+        )
+        require(self.peaks >= 1, f"Pile.peaks is {self.peaks}; at least 1 is needed")
+
+
+@dataclass(frozen=True)
+class Wall:
+    """An upright wall from one point to another in plan.
+
+    With `leaned_on`, piles that reach it are cut at its face; such a wall runs along x or y.
+    """
+
+    start_m: XY
+    end_m: XY
+    height_m: float = 1.0
+    thickness_m: float = 0.1
+    leaned_on: bool = False
+
+    def __post_init__(self) -> None:
+        require_positive(self, "height_m", "thickness_m")
+        spans = [b != a for a, b in zip(self.start_m, self.end_m, strict=True)]
+        require(any(spans), f"a wall starts and ends at {self.start_m}; two points are needed")
+        require(
+            not (self.leaned_on and all(spans)),
+            "a wall that piles lean on runs askew; it must run along x or along y",
+        )
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A thin upright cylinder, such as a support of the rail."""
+
+    center_m: XY
+    radius_m: float = 0.02
+    height_m: float = 1.45
+
+    def __post_init__(self) -> None:
+        require_positive(self, "radius_m", "height_m")
+
+
+@dataclass(frozen=True)
+class Box:
+    """A sharp-edged box standing on the floor."""
+
+    center_m: XY
+    size_m: XYZ
+    heading_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        require(
+            all(math.isfinite(side) and side > 0 for side in self.size_m),
+            f"Box.size_m is {self.size_m}; three numbers above 0 are needed",
+        )
+
+
+@dataclass(frozen=True)
+class Person:
+    """Someone who passes: in sight during the given frames only, one stride further in each."""
+
+    center_m: XY
+    stride_m: XY = (0.25, 0.0)
+    frames: tuple[int, ...] = (0,)
+    height_m: float = 1.75
+
+    def __post_init__(self) -> None:
+        require_positive(self, "height_m")
+
+
+Thing: TypeAlias = Wall | Rod | Box | Person
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A depth camera that takes frames along a straight rail above y = `offset_m`.
+
+    The noise is along the ray: sigma(r) = min(noise_m (r / 1 m)^noise_power, noise_max_m). The
+    defaults follow an Azure Kinect in narrow field of view: 1.6 mm at 1.4 m, up to 17 mm; the
+    wider opening lies across the rail.
+
+    Parameters
+    ----------
+    frames, rail_m
+        Number of frames, and the length of rail they are spread over, middle at x = 0.
+    height_m
+        Height of the lens above z = 0.
+    offset_m
+        Where the rail lies in y.
+    pitch_deg
+        Tilt of the optical axis from straight down towards +y.
+    pixels, fov_deg
+        Columns (along x) and rows (across), and the opening angles of both.
+    range_m
+        Nearest and farthest distance that is measured.
+    bias_m, frame_bias_m
+        Depth error common to all frames, and standard deviation of each frame's own.
+    shift_m, turn_deg
+        Standard deviation, per axis, of each frame's registration error.
+    flying_share
+        Share of the depth edges between two pixels at which one mixes fore- and background.
+    stray_share, zero_share, nan_share
+        Shares of the final points that lie anywhere, are (0, 0, 0), are NaN.
+    """
+
+    frames: int = 5
+    rail_m: float = 0.8
+    height_m: float = 1.414
+    offset_m: float = 0.0
+    pitch_deg: float = 0.0
+    pixels: tuple[int, int] = (576, 640)
+    fov_deg: tuple[float, float] = (65.0, 75.0)
+    range_m: tuple[float, float] = (0.2, 3.9)
+    noise_m: float = 0.0008
+    noise_power: float = 2.0
+    noise_max_m: float = 0.017
+    bias_m: float = 0.004
+    frame_bias_m: float = 0.001
+    shift_m: float = 0.001
+    turn_deg: float = 0.05
+    flying_share: float = 0.6
+    stray_share: float = 0.002
+    zero_share: float = 0.0
+    nan_share: float = 0.0
+
+    def __post_init__(self) -> None:
+        require(self.frames >= 1, f"Camera.frames is {self.frames}; at least 1 is needed")
+        require(min(self.pixels) >= 2, f"Camera.pixels is {self.pixels}; 2 x 2 or more are needed")
+        require(
+            all(0 < fov < 170 for fov in self.fov_deg),
+            f"Camera.fov_deg is {self.fov_deg}; angles above 0 and below 170 are needed",
+        )
+        require(
+            0 <= self.range_m[0] < self.range_m[1],
+            f"Camera.range_m is {self.range_m}; nearest before farthest is needed",
+        )
+        require_positive(self, "height_m")
+        require_not_negative(self, "rail_m", "noise_m", "noise_max_m", "frame_bias_m")
+        require_not_negative(self, "shift_m", "turn_deg")
+        require(
+            0 <= self.flying_share <= 1,
+            f"Camera.flying_share is {self.flying_share}; a share from 0 to 1 is needed",
+        )
+        require_share(self, "stray_share", "zero_share", "nan_share")
+        require(
+            self.zero_share + self.nan_share < 1,
+            f"Camera.zero_share and nan_share are {self.zero_share} and {self.nan_share}; "
+            "their sum must stay below 1",
+        )
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that a simulated scan depends on, but for the seed.
+
+    Parameters
+    ----------
+    floor, piles, things, camera
+        What is there and what looks at it.
+    pose
+        Rigid motion from the scene's frame into the scan's.
+    unit_m
+        Metres in one unit of the scan's coordinates.
+    fuse_voxel_m
+        Edge of the voxels in which the frames' points are averaged; 0 keeps every point.
+    strip_m
+        Length and width of the measured strip, about the origin, that the piles must lie in.
+    name
+        Part of what random draws start from, so that two names differ at the same seed.
+    """
+
+    floor: Floor = field(default_factory=Floor)
+    piles: tuple[Pile, ...] = ()
+    things: tuple[Thing, ...] = ()
+    camera: Camera = field(default_factory=Camera)
+    pose: Pose = field(default_factory=Pose)
+    unit_m: float = 1.0
+    fuse_voxel_m: float = 0.0032
+    strip_m: XY | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "unit_m")
+        require_not_negative(self, "fuse_voxel_m")

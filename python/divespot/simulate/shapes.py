@@ -1,0 +1,81 @@
+"""The 18 pile shapes of the paper's evaluation section, as scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+
+from divespot.simulate.pose import Pose
+from divespot.simulate.scene import XY, Camera, Floor, Pile, Scene
+from divespot.simulate.surroundings import around
+
+Maker: TypeAlias = Callable[[np.random.Generator], Scene]
+
+STRIPS_M: Mapping[float, XY] = MappingProxyType(
+    {1.3: (1.24, 1.05), 2.6: (2.48, 1.05), 5.2: (2.48, 2.1)}
+)
+"""Length and width of the strip of each of the paper's areas in m2."""
+RAIL_CAMERAS: Mapping[float, Camera] = MappingProxyType(
+    {
+        1.3: Camera(frames=4, rail_m=0.6),
+        2.6: Camera(frames=6, rail_m=1.9),
+        5.2: Camera(frames=6, rail_m=1.9),
+    }
+)
+"""Camera of each area: more rail and frames for a longer strip."""
+VOXELS_M: Mapping[float, float] = MappingProxyType({1.3: 0.0055, 2.6: 0.0068, 5.2: 0.0066})
+"""Fusing voxel of each area, for 300,000 to 450,000 points in view."""
+TABLE = ((1.3, (0.014, 0.028, 0.035)), (2.6, (0.028, 0.035)), (5.2, (0.335,)))
+"""Areas in m2 and volumes in m3 of the paper; three shapes each."""
+
+
+def unlevelled(rng: np.random.Generator) -> Pose:
+    """Draw a pose: nobody levels a rail to a degree, or puts the origin on the floor."""
+    roll_deg, pitch_deg = rng.uniform(-4, 4, 2)
+    x, y, z = rng.uniform(-1, 1, 3)
+    return Pose(roll_deg, pitch_deg, rng.uniform(0, 360), (x, y, z))
+
+
+def corn(volume_m3: float, kind: int, rng: np.random.Generator, center_m: XY = (0, 0)) -> Pile:
+    """Corn poured in one place (kind 0), along a line (1) or in several places (2)."""
+    heading_deg = rng.uniform(-15, 15)
+    if kind == 0:
+        return Pile(volume_m3, center_m)
+    if kind == 1:
+        return Pile(volume_m3, center_m, ridge=rng.uniform(0.3, 0.5), heading_deg=heading_deg)
+    peaks = int(rng.integers(3, 5))
+    return Pile(volume_m3, center_m, peaks=peaks, spread=0.4, heading_deg=heading_deg)
+
+
+def small_floor(strip_m: XY) -> Floor:
+    """Floor that reaches beyond what the camera sees from above a strip."""
+    return Floor(strip_m[0] + 1.6, max(2.4, strip_m[1] + 0.8))
+
+
+def shape(area_m2: float, volume_m3: float, kind: int, rng: np.random.Generator) -> Scene:
+    """One of the paper's shapes."""
+    strip_m, camera = STRIPS_M[area_m2], RAIL_CAMERAS[area_m2]
+    return Scene(
+        small_floor(strip_m),
+        (corn(volume_m3, kind, rng),),
+        around(strip_m, camera.frames, rng),
+        camera,
+        unlevelled(rng),
+        fuse_voxel_m=VOXELS_M[area_m2],
+        strip_m=strip_m,
+    )
+
+
+def shape_maker(area_m2: float, volume_m3: float, kind: int) -> Maker:
+    """Bind a shape to its row of the table."""
+    return lambda rng: shape(area_m2, volume_m3, kind, rng)
+
+
+def paper_shapes() -> dict[str, Maker]:
+    """Name the rows of the paper's table shape-01 to shape-18."""
+    rows = [(area, volume) for area, volumes in TABLE for volume in volumes]
+    makers = [shape_maker(*row, kind) for row in rows for kind in range(3)]
+    return {f"shape-{i:02d}": maker for i, maker in enumerate(makers, start=1)}

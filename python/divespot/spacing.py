@@ -1,0 +1,71 @@
+"""What a cloud says of itself; all default lengths follow from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from divespot import _native
+from divespot._arguments import as_floats, whole
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    from divespot.settings import Settings
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Point spacing, roughness and surface normals of a cloud.
+
+    Attributes
+    ----------
+    spacing_m
+        Typical distance between neighbouring points: the step of a square grid, about
+        1.1 / sqrt(points per square metre) on a random surface, twice the step of a line.
+    roughness_m
+        Typical distance of a point from the plane through its sixteen nearest neighbours.
+    at_m
+        Shape ``(k, 3)``: some of the points, at most 2,000.
+    normals
+        Shape ``(k, 3)``: unit normals of the surface there; their signs mean nothing.
+
+    """
+
+    spacing_m: float
+    roughness_m: float
+    at_m: NDArray[np.float64]
+    normals: NDArray[np.float64]
+
+
+def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
+    """Survey the neighbourhoods of about 2,000 of the points.
+
+    Parameters
+    ----------
+    points
+        Shape ``(n, 3)``, in metres. Duplicates count as one position.
+    seed
+        Decides which points are looked at; their order does not.
+    threads
+        0 takes every core that the process may use.
+
+    Raises
+    ------
+    DivespotError
+        `points` have the wrong shape or type, or fewer than five distinct positions.
+
+    """
+    return Survey(*_native.survey(as_floats("points", points), seed, whole("threads", threads)))
+
+
+def take_survey(points: NDArray[np.float64], settings: Settings) -> tuple[Survey, Settings]:
+    """Survey a cloud, and return the lengths that follow with it."""
+    found = survey(points, seed=settings.seed, threads=settings.threads)
+    return found, settings.resolved(found)
+
+
+def point_spacing(points: ArrayLike, *, seed: int = 0) -> float:
+    """Return the typical distance between neighbouring points, in metres (see `Survey`)."""
+    return survey(points, seed=seed).spacing_m

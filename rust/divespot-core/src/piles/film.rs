@@ -1,0 +1,138 @@
+//! A smooth surface across what the ground around an object says of the ground below it.
+
+/// Nodes along the longer side; a floor that wavers within a pile's width is no floor.
+const NODES: usize = 48;
+/// What one cell of ground weighs against the stretching of the film to one neighbouring node.
+const PULL: f64 = 0.2;
+/// Over-relaxation factor, near the best for this number of nodes.
+const RELAXATION: f64 = 1.85;
+/// Sweeps at most, and the change a sweep, in parts of the largest height, that ends them.
+const SWEEPS: usize = 1000;
+const SETTLED: f64 = 1e-6;
+
+/// A film stretched between heights that it need not quite meet: it averages their noise, follows
+/// their waves, and crosses gaps as a soap film would.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Film {
+    origin_m: [f64; 2],
+    step_m: f64,
+    columns: usize,
+    heights_m: Vec<f64>,
+}
+
+struct Data {
+    weight: f64,
+    sum: f64,
+}
+
+impl Film {
+    /// The film over `size_m` from `origin_m`, through `ring` (x, y, height) of cells of `cell_m`.
+    pub(crate) fn stretched(
+        origin_m: [f64; 2],
+        size_m: [f64; 2],
+        cell_m: f64,
+        ring: &[[f64; 3]],
+    ) -> Self {
+        let step_m = (size_m[0].max(size_m[1]) / NODES as f64).max(cell_m);
+        let nodes = size_m.map(|s| (s / step_m).ceil() as usize + 1);
+        let mut film =
+            Self { origin_m, step_m, columns: nodes[0], heights_m: vec![0.0; nodes[0] * nodes[1]] };
+        let data = film.gather(ring);
+        let largest = ring.iter().map(|p| p[2].abs()).fold(0.0, f64::max);
+        for _ in 0..SWEEPS {
+            if film.sweep(&data) <= SETTLED * largest {
+                break;
+            }
+        }
+        film
+    }
+
+    /// Every cell pulls at its nearest node.
+    fn gather(&self, ring: &[[f64; 3]]) -> Vec<Data> {
+        let mut data: Vec<Data> =
+            self.heights_m.iter().map(|_| Data { weight: 0.0, sum: 0.0 }).collect();
+        for p in ring {
+            let (x, y) = self.place([p[0], p[1]]);
+            let node = y.round() as usize * self.columns + x.round() as usize;
+            data[node].weight += PULL;
+            data[node].sum += PULL * p[2];
+        }
+        data
+    }
+
+    /// Moves every node towards its balance; the largest move.
+    fn sweep(&mut self, data: &[Data]) -> f64 {
+        let mut largest = 0.0_f64;
+        for node in 0..self.heights_m.len() {
+            let (sum, count) = self.neighbors(node).fold((0.0, 0.0), |(s, n), h| (s + h, n + 1.0));
+            let balance = (sum + data[node].sum) / (count + data[node].weight);
+            let step = RELAXATION * (balance - self.heights_m[node]);
+            self.heights_m[node] += step;
+            largest = largest.max(step.abs());
+        }
+        largest
+    }
+
+    fn neighbors(&self, node: usize) -> impl Iterator<Item = f64> + '_ {
+        let column = node % self.columns;
+        let left = (column > 0).then(|| node - 1);
+        let right = (column + 1 < self.columns).then_some(node + 1);
+        let below = node.checked_sub(self.columns);
+        [left, right, below, Some(node + self.columns)]
+            .into_iter()
+            .filter_map(|n| self.heights_m.get(n?).copied())
+    }
+
+    /// The film's height, between its nodes in proportion.
+    pub(crate) fn at(&self, p: [f64; 2]) -> f64 {
+        let (x, y) = self.place(p);
+        let row = self.columns;
+        let most = [row - 1, self.heights_m.len() / row - 1].map(|n| n.saturating_sub(1));
+        let (column, line) = ((x as usize).min(most[0]), (y as usize).min(most[1]));
+        let (right, above) = (x - column as f64, y - line as f64);
+        let node = |dx: usize, dy: usize| {
+            self.heights_m.get((line + dy) * row + column + dx).copied().unwrap_or(0.0)
+        };
+        let low = node(0, 0) * (1.0 - right) + node(1, 0) * right;
+        let high = node(0, 1) * (1.0 - right) + node(1, 1) * right;
+        low * (1.0 - above) + high * above
+    }
+
+    /// A position in steps from the first node, within the film.
+    fn place(&self, p: [f64; 2]) -> (f64, f64) {
+        let rows = self.heights_m.len() / self.columns;
+        let along = |k: usize, nodes: usize| {
+            ((p[k] - self.origin_m[k]) / self.step_m).clamp(0.0, (nodes - 1) as f64)
+        };
+        (along(0, self.columns), along(1, rows))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
+        let cells = (0..40).flat_map(|i| (0..40).map(move |j| [f64::from(i), f64::from(j)]));
+        let on = |p: &[f64; 2]| ((p[0] - 19.5).hypot(p[1] - 19.5) - 16.0).abs() < 2.0;
+        cells.filter(on).map(|[x, y]| [x, y, height(x, y)]).collect()
+    }
+
+    #[test]
+    fn a_saddle_is_crossed_as_a_soap_film_would() {
+        let saddle = |x: f64, y: f64| 0.01 * ((x - 19.5).powi(2) - (y - 19.5).powi(2));
+        let film = Film::stretched([0.0; 2], [40.0; 2], 1.0, &ring(saddle));
+        for [x, y] in [[19.5, 19.5], [25.0, 19.5], [19.5, 10.0], [12.0, 14.0]] {
+            assert!((film.at([x, y]) - saddle(x, y)).abs() < 0.2, "{x} {y} {}", film.at([x, y]));
+        }
+    }
+
+    #[test]
+    fn noise_is_averaged_and_a_level_ring_gives_a_level_film() {
+        let noisy = ring(|x, y| if (x + y) as i32 % 2 == 0 { 1.1 } else { 0.9 });
+        let film = Film::stretched([0.0; 2], [40.0; 2], 1.0, &noisy);
+        assert!((film.at([19.5, 19.5]) - 1.0).abs() < 0.01);
+        let level = Film::stretched([0.0; 2], [4.0; 2], 1.0, &[[0.0, 0.0, 0.25]]);
+        assert!((level.at([3.0, 1.0]) - 0.25).abs() < 1e-4);
+    }
+}

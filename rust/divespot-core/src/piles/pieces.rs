@@ -1,0 +1,71 @@
+//! Objects in one piece.
+//!
+//! A cluster that HDBSCAN keeps whole takes along what lies as far off as its nearest neighbour
+//! cluster does: single cells of noise, each of which would be given a toe of its own.
+
+use super::territory::NOBODY;
+use crate::heightmap::Grid;
+
+/// Splits every object into pieces with no gap wider than `gap` cells, numbered by size.
+///
+/// Pieces of fewer than `fewest` cells are nobody's. Of two pieces of equal size the one with the
+/// lower first cell comes first.
+#[must_use]
+pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> {
+    let mut left = labels.to_vec();
+    let mut found: Vec<Vec<usize>> = (0..labels.len())
+        .filter_map(|first| take_piece(grid, &mut left, first, gap))
+        .filter(|piece| piece.len() >= fewest)
+        .collect();
+    found.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
+    let mut out = vec![NOBODY; labels.len()];
+    for (label, piece) in (0..).zip(found) {
+        piece.into_iter().for_each(|cell| out[cell] = label);
+    }
+    out
+}
+
+/// The piece that `first` belongs to, taken out of `left`.
+fn take_piece(grid: &Grid, left: &mut [i32], first: usize, gap: u32) -> Option<Vec<usize>> {
+    let label = std::mem::replace(&mut left[first], NOBODY);
+    if label == NOBODY {
+        return None;
+    }
+    let reach = gap as isize + 1;
+    let mut piece = vec![first];
+    let mut next = 0;
+    while next < piece.len() {
+        for (dx, dy) in (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (x, y))) {
+            let Some(n) = grid.neighbor(piece[next], dx, dy) else { continue };
+            if left[n] == label {
+                left[n] = NOBODY;
+                piece.push(n);
+            }
+        }
+        next += 1;
+    }
+    Some(piece)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_pieces_part_near_ones_stay_and_crumbs_go() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 10, rows: 2 };
+        #[rustfmt::skip]
+        let labels = [
+            0, 0, -1, 0, -1, -1, -1, 1, 1, 1,
+            0, 0, -1, -1, -1, -1, 0, 1, 1, 1,
+        ];
+        #[rustfmt::skip]
+        let whole = [
+            1, 1, -1, 1, -1, -1, -1, 0, 0, 0,
+            1, 1, -1, -1, -1, -1, -1, 0, 0, 0,
+        ];
+        assert_eq!(pieces(&grid, &labels, 1, 2), whole);
+        assert_eq!(pieces(&grid, &labels, 1, 7), [-1; 20]);
+        assert_eq!(pieces(&grid, &labels, 2, 6)[16], 0);
+    }
+}

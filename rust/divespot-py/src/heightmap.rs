@@ -1,0 +1,44 @@
+use divespot_core::heightmap;
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+use crate::errors::raise;
+use crate::points::cloud;
+
+/// A height map as arrays of shape (rows, columns).
+#[pyclass(frozen, get_all)]
+pub(crate) struct RawHeightMap {
+    heights_m: Py<PyArray2<f64>>,
+    counts: Py<PyArray2<u32>>,
+    relief_m: Py<PyArray2<f64>>,
+    origin_m: (f64, f64),
+}
+
+#[pyfunction]
+pub(crate) fn height_map(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    cell_m: f64,
+) -> PyResult<RawHeightMap> {
+    let (cloud, _) = cloud(points)?;
+    let map = py.detach(|| heightmap::height_map(&cloud.points, cell_m)).map_err(raise)?;
+    let shape = [map.grid.rows, map.grid.columns];
+    let [x, y, z] = cloud.origin;
+    let heights = map.heights_m.into_iter().map(|h| h + z).collect::<Vec<_>>();
+    Ok(RawHeightMap {
+        heights_m: heights.into_pyarray(py).reshape(shape)?.unbind(),
+        counts: map.counts.into_pyarray(py).reshape(shape)?.unbind(),
+        relief_m: map.relief_m.into_pyarray(py).reshape(shape)?.unbind(),
+        origin_m: (map.grid.origin_m[0] + x, map.grid.origin_m[1] + y),
+    })
+}
+
+/// Cut, fill and area.
+#[pyfunction]
+pub(crate) fn integrate(
+    heights_above_base_m: PyReadonlyArray1<'_, f64>,
+    cell_m: f64,
+) -> (f64, f64, f64) {
+    let volume = heightmap::integrate(heights_above_base_m.as_array().iter().copied(), cell_m);
+    (volume.cut_m3, volume.fill_m3, volume.area_m2)
+}

@@ -1,0 +1,26 @@
+"""Fixtures that several test files share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+REAL_SCANS = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+@pytest.fixture
+def real_scan() -> Callable[[str], Path]:
+    """Return the path of a real scan by its name, or skip where it is absent."""
+
+    def find(name: str) -> Path:
+        path = REAL_SCANS / name
+        if not path.is_file():
+            pytest.skip(f"the real scan {name} is not there ({REAL_SCANS})")
+        return path
+
+    return find
