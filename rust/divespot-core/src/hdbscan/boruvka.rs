@@ -6,14 +6,15 @@ use crate::parallel::{fill_chunks, share};
 
 use super::forest::Forest;
 use super::knn::{BEYOND, Neighbors};
+use super::search::Search;
 use super::stop;
-use super::tree::{LEAF, Node, Tree, Visitor, larger, smaller};
+use super::tree::{LEAF, Tree, larger, smaller};
 
 /// Leaves handed to a thread at a time.
 const CHUNK: usize = 64;
 
 /// No neighbour, or more than one component.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// An edge of the spanning tree between two places of the tree order.
 #[derive(Debug, Clone, Copy, Default)]
@@ -47,38 +48,39 @@ pub(super) fn spanning_tree(
 
 /// What is known of a point's way out of its component.
 #[derive(Clone, Copy)]
-struct Exit {
+pub(super) struct Exit {
     /// No edge out of the component weighs less.
-    least: f32,
+    pub(super) least: f32,
     /// The weight of the edge to `to`.
-    weight: f32,
+    pub(super) weight: f32,
     /// The best point outside that is known; `NONE` where there is none.
-    to: u32,
+    pub(super) to: u32,
     /// Entries of the list of neighbours that may still lie outside.
     listed: u32,
 }
 
-struct Rounds<'a> {
-    tree: &'a Tree,
+/// What the rounds know.
+pub(super) struct Rounds<'a> {
+    pub(super) tree: &'a Tree,
     threads: usize,
     cancel: &'a AtomicBool,
-    cores: Vec<[f32; LEAF]>,
+    pub(super) cores: Vec<[f32; LEAF]>,
     lists: Vec<u32>,
     width: usize,
     /// Smallest core distance below each node.
-    node_cores: Vec<f32>,
+    pub(super) node_cores: Vec<f32>,
     /// The component of each place, as its root's place.
-    components: Vec<[u32; LEAF]>,
+    pub(super) components: Vec<[u32; LEAF]>,
     /// The component of all places below a node, or `NONE`.
-    node_components: Vec<u32>,
+    pub(super) node_components: Vec<u32>,
     exits: Vec<Exit>,
     /// For each root the lightest edge out: bits of the weight above the place it starts from.
-    best: Vec<AtomicU64>,
+    pub(super) best: Vec<AtomicU64>,
     forest: Forest,
     /// Roots of the components.
     live: Vec<u32>,
     /// The component that need not search: all others will join it.
-    largest: u32,
+    pub(super) largest: u32,
     edges: Vec<Edge>,
 }
 
@@ -205,8 +207,9 @@ impl<'a> Rounds<'a> {
         self.exits = exits;
     }
 
+    /// The weight of the lightest edge known to leave a component.
     #[inline]
-    fn bound(&self, component: u32) -> f32 {
+    pub(super) fn bound(&self, component: u32) -> f32 {
         weight(self.best[component as usize].load(Ordering::Relaxed))
     }
 }
@@ -240,8 +243,9 @@ fn up<T: Copy>(
     out
 }
 
+/// Makes an edge known to its component.
 #[inline]
-fn offer(best: &AtomicU64, weight: f32, place: usize) {
+pub(super) fn offer(best: &AtomicU64, weight: f32, place: usize) {
     let key = u64::from(weight.to_bits()) << 32 | place as u64;
     if key < best.load(Ordering::Relaxed) {
         best.fetch_min(key, Ordering::Relaxed);
@@ -292,135 +296,5 @@ impl Exit {
             }
         }
         exit
-    }
-}
-
-/// A point that looks for the lightest edge out of its component.
-#[derive(Clone, Copy, Default)]
-struct Query {
-    lane: usize,
-    at: [f32; 3],
-    core: f32,
-    component: u32,
-    /// Lightest weight seen or left out so far.
-    least: f32,
-}
-
-struct Search<'a> {
-    rounds: &'a Rounds<'a>,
-    exits: &'a mut [Exit],
-    first: usize,
-    queries: [Query; LEAF],
-    count: usize,
-    /// The component of all queries, or `NONE`.
-    only: u32,
-    bound: f32,
-    /// Least weight that a node left out may hold.
-    least: f32,
-}
-
-impl<'a> Search<'a> {
-    fn run(rounds: &'a Rounds<'a>, leaf: usize, exits: &'a mut [Exit]) {
-        let mut search = Self {
-            rounds,
-            exits,
-            first: leaf * LEAF,
-            queries: [Query::default(); LEAF],
-            count: 0,
-            only: NONE,
-            bound: 0.0,
-            least: f32::INFINITY,
-        };
-        search.gather(leaf);
-        if search.count > 0 {
-            let tree = rounds.tree;
-            tree.walk(&tree.nodes[tree.leaf_nodes[leaf] as usize], &mut search);
-            search.keep();
-        }
-    }
-
-    /// Collects the points of the leaf that may have an edge below their component's best.
-    fn gather(&mut self, leaf: usize) {
-        let rounds = self.rounds;
-        for (lane, exit) in self.exits.iter().enumerate() {
-            let component = rounds.components[leaf][lane];
-            if component == rounds.largest || exit.least >= rounds.bound(component) {
-                continue;
-            }
-            self.queries[self.count] = Query {
-                lane,
-                at: rounds.tree.blocks[leaf].point(lane),
-                core: rounds.cores[leaf][lane],
-                component,
-                least: f32::INFINITY,
-            };
-            self.only = if self.count == 0 || self.only == component { component } else { NONE };
-            self.count += 1;
-        }
-        self.set_bound();
-    }
-
-    fn set_bound(&mut self) {
-        let bounds = self.queries[..self.count].iter().map(|q| self.rounds.bound(q.component));
-        self.bound = bounds.fold(0.0, larger);
-    }
-
-    /// Remembers what the search has excluded: components only grow.
-    fn keep(&mut self) {
-        for query in &self.queries[..self.count] {
-            let exit = &mut self.exits[query.lane];
-            exit.least = larger(exit.least, smaller(query.least, self.least));
-        }
-    }
-
-    #[inline]
-    fn look(&mut self, node: &Node, leaf: usize) {
-        let rounds = self.rounds;
-        let first = leaf * LEAF;
-        let (cores, components) = (&rounds.cores[leaf], &rounds.components[leaf]);
-        let gaps = node.gaps(&rounds.tree.blocks[self.first / LEAF]);
-        for query in &mut self.queries[..self.count] {
-            let bound = rounds.bound(query.component);
-            let gap = gaps[query.lane];
-            if gap >= bound {
-                query.least = smaller(query.least, gap);
-                continue;
-            }
-            let distances = rounds.tree.blocks[leaf].distances(query.at);
-            let weights: [f32; LEAF] = std::array::from_fn(|i| {
-                let weight = larger(larger(distances[i], cores[i]), query.core);
-                if components[i] == query.component { f32::INFINITY } else { weight }
-            });
-            let least = weights.iter().fold(f32::INFINITY, |m, &w| smaller(m, w));
-            query.least = smaller(query.least, least);
-            if least < bound {
-                let lane = weights.iter().position(|&w| w == least).unwrap_or(0);
-                let exit = &mut self.exits[query.lane];
-                (exit.weight, exit.to) = (least, (first + lane) as u32);
-                offer(&rounds.best[query.component as usize], least, self.first + query.lane);
-            }
-        }
-        self.set_bound();
-    }
-}
-
-impl Visitor for Search<'_> {
-    #[inline]
-    fn enters(&mut self, node: usize, gap: f32) -> bool {
-        let component = self.rounds.node_components[node];
-        if component != NONE && component == self.only {
-            return false;
-        }
-        let weight = larger(gap, self.rounds.node_cores[node]);
-        if weight >= self.bound {
-            self.least = smaller(self.least, weight);
-            return false;
-        }
-        true
-    }
-
-    #[inline]
-    fn leaf(&mut self, node: &Node, leaf: usize) {
-        self.look(node, leaf);
     }
 }

@@ -36,9 +36,9 @@ impl Block {
     pub(super) fn distances(&self, p: [f32; 3]) -> [f32; LEAF] {
         let [x, y, z] = &self.axes;
         let mut out = [0.0; LEAF];
-        for i in 0..LEAF {
-            let (dx, dy, dz) = (x[i] - p[0], y[i] - p[1], z[i] - p[2]);
-            out[i] = dx * dx + dy * dy + dz * dz;
+        for (out, ((x, y), z)) in out.iter_mut().zip(x.iter().zip(y).zip(z)) {
+            let (dx, dy, dz) = (x - p[0], y - p[1], z - p[2]);
+            *out = dx * dx + dy * dy + dz * dz;
         }
         out
     }
@@ -82,13 +82,11 @@ impl Node {
     #[inline]
     pub(super) fn gaps(&self, block: &Block) -> [f32; LEAF] {
         let mut out = [0.0; LEAF];
-        for i in 0..LEAF {
-            let gap = |k: usize| {
-                let v = block.axes[k][i];
-                larger(larger(self.lo[k] - v, v - self.hi[k]), 0.0)
-            };
-            let (dx, dy, dz) = (gap(0), gap(1), gap(2));
-            out[i] = dx * dx + dy * dy + dz * dz;
+        let [x, y, z] = &block.axes;
+        for (out, ((x, y), z)) in out.iter_mut().zip(x.iter().zip(y).zip(z)) {
+            let gap = |v: f32, k: usize| larger(larger(self.lo[k] - v, v - self.hi[k]), 0.0);
+            let (dx, dy, dz) = (gap(*x, 0), gap(*y, 1), gap(*z, 2));
+            *out = dx * dx + dy * dy + dz * dz;
         }
         out
     }
@@ -144,6 +142,11 @@ impl Tree {
         let is_leaf = |&(_, node): &(u32, &Node)| node.right == 0;
         let leaf_nodes = (0u32..).zip(&nodes).filter(is_leaf).map(|(i, _)| i).collect();
         Ok(Self { nodes, blocks, rows, leaf_nodes })
+    }
+
+    /// The input's row of each place; the rest is freed.
+    pub(super) fn into_rows(self) -> Vec<u32> {
+        self.rows
     }
 
     /// Squared distance between two places, rounded as [`Block::distances`] rounds.
