@@ -111,7 +111,7 @@ impl<'a> Search<'a> {
         while self.aim(lanes, bound) {
             self.bound = bound;
             tree.walk(own, self);
-            bound = if bound < 64.0 * self.guess { 4.0 * bound } else { f32::INFINITY };
+            bound = if bound < 16.0 * self.guess { 2.0 * bound } else { f32::INFINITY };
         }
     }
 
