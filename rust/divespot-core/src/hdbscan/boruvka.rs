@@ -49,7 +49,7 @@ pub(super) fn spanning_tree(
 /// What is known of a point's way out of its component.
 #[derive(Clone, Copy)]
 pub(super) struct Exit {
-    /// No edge out of the component weighs less.
+    /// No edge out of the component weighs less, but for those to listed neighbours.
     pub(super) least: f32,
     /// The weight of the edge to `to`.
     pub(super) weight: f32,
@@ -169,29 +169,67 @@ impl<'a> Rounds<'a> {
 
     /// First pass of a round: neighbours found before that still lie outside.
     fn offer_neighbors(&mut self) {
-        let Self { exits, lists, components, cores, best, tree, .. } = self;
-        let (components, cores) = (components.as_flattened(), cores.as_flattened());
-        let (width, largest, cancel) = (self.width, self.largest, self.cancel);
+        let mut exits = std::mem::take(&mut self.exits);
+        let mut lists = std::mem::take(&mut self.lists);
+        let width = self.width;
         let pieces = exits.chunks_mut(CHUNK * LEAF).zip(lists.chunks_mut(CHUNK * LEAF * width));
         share(pieces.enumerate(), self.threads, |(chunk, (exits, lists))| {
-            if stop(cancel).is_err() {
+            if stop(self.cancel).is_err() {
                 return;
             }
-            let places = chunk * CHUNK * LEAF..;
-            for (place, (exit, list)) in places.zip(exits.iter_mut().zip(lists.chunks_mut(width))) {
-                let own = components[place];
-                if own == largest {
-                    continue;
-                }
-                let gone = exit.to == NONE || components[exit.to as usize] == own;
-                if gone && cores[place] < weight(best[own as usize].load(Ordering::Relaxed)) {
-                    *exit = exit.listed(list, own, place, components, cores, tree);
-                }
-                if exit.to != NONE && components[exit.to as usize] != own {
-                    offer(&best[own as usize], exit.weight, place);
-                }
+            let points = exits.iter_mut().zip(lists.chunks_exact_mut(width));
+            for (place, (exit, list)) in (chunk * CHUNK * LEAF..).zip(points) {
+                self.offer_neighbor(place, exit, list);
             }
         });
+        (self.exits, self.lists) = (exits, lists);
+    }
+
+    #[inline]
+    fn offer_neighbor(&self, place: usize, exit: &mut Exit, list: &mut [u32]) {
+        let components = self.components.as_flattened();
+        let own = components[place];
+        if own == self.largest {
+            return;
+        }
+        let leads_out = |exit: &Exit| exit.to != NONE && components[exit.to as usize] != own;
+        if !leads_out(exit) && self.cores.as_flattened()[place] < self.bound(own) {
+            self.refresh(place, exit, list);
+        }
+        if leads_out(exit) {
+            offer(&self.best[own as usize], exit.weight, place);
+        }
+    }
+
+    /// Finds the best exit among the listed neighbours; those inside leave the list for good.
+    #[inline]
+    fn refresh(&self, place: usize, exit: &mut Exit, list: &mut [u32]) {
+        let (components, cores) = (self.components.as_flattened(), self.cores.as_flattened());
+        let (own, core) = (components[place], cores[place]);
+        let listed = exit.listed as usize;
+        *exit = Exit { to: NONE, weight: f32::INFINITY, listed: 0, ..*exit };
+        for i in 0..listed {
+            let entry = list[i];
+            let other = entry & !BEYOND;
+            if components[other as usize] == own {
+                continue;
+            }
+            list[exit.listed as usize] = entry;
+            exit.listed += 1;
+            let mut weight = larger(core, cores[other as usize]);
+            if entry != other && weight < exit.weight {
+                weight = larger(weight, self.tree.distance(place, other as usize));
+            }
+            if weight < exit.weight {
+                (exit.weight, exit.to) = (weight, other);
+            }
+            if exit.weight <= core {
+                // Nothing can be lighter: the rest of the list stays for later.
+                list.copy_within(i + 1..listed, exit.listed as usize);
+                exit.listed += (listed - i - 1) as u32;
+                return;
+            }
+        }
     }
 
     /// Second pass of a round: what no list tells, from the tree.
@@ -256,45 +294,4 @@ pub(super) fn offer(best: &AtomicU64, weight: f32, place: usize) {
 #[inline]
 fn weight(key: u64) -> f32 {
     if key == u64::MAX { f32::INFINITY } else { f32::from_bits((key >> 32) as u32) }
-}
-
-impl Exit {
-    /// The best exit among the listed neighbours; those inside leave the list for good.
-    #[inline]
-    fn listed(
-        self,
-        list: &mut [u32],
-        own: u32,
-        place: usize,
-        components: &[u32],
-        cores: &[f32],
-        tree: &Tree,
-    ) -> Self {
-        let core = cores[place];
-        let mut exit = Self { to: NONE, weight: f32::INFINITY, listed: 0, ..self };
-        let listed = self.listed as usize;
-        for i in 0..listed {
-            let entry = list[i];
-            let other = entry & !BEYOND;
-            if components[other as usize] == own {
-                continue;
-            }
-            let mut weight = larger(core, cores[other as usize]);
-            if entry != other {
-                let distance = tree.distance(place, other as usize);
-                weight = larger(weight, distance);
-            }
-            if weight < exit.weight {
-                (exit.weight, exit.to) = (weight, other);
-            }
-            list[exit.listed as usize] = entry;
-            exit.listed += 1;
-            if exit.weight <= core {
-                list.copy_within(i + 1..listed, exit.listed as usize);
-                exit.listed += (listed - i - 1) as u32;
-                break;
-            }
-        }
-        exit
-    }
 }
