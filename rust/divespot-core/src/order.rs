@@ -32,33 +32,34 @@ const DIGIT_BITS: u32 = 11;
 const BUCKETS: usize = 1 << DIGIT_BITS;
 
 /// Rows in ascending order of their keys; equal keys stay in the order given.
+pub(crate) fn sort_by_key(rows: Vec<Keyed>) -> Vec<Keyed> {
+    sort_by(rows, |row| row.key)
+}
+
+/// Values in ascending order of what `key` makes of them; equal keys stay in the order given.
 ///
 /// A radix sort, least significant digit first: as many passes as the largest key has digits.
-pub(crate) fn sort_by_key(mut rows: Vec<Keyed>) -> Vec<Keyed> {
-    let largest = rows.iter().map(|r| r.key).max().unwrap_or(0);
-    let mut sorted = vec![Keyed::default(); rows.len()];
+pub(crate) fn sort_by<T: Copy + Default>(mut rows: Vec<T>, key: impl Fn(&T) -> u64) -> Vec<T> {
+    let largest = rows.iter().map(&key).max().unwrap_or(0);
+    let mut sorted = vec![T::default(); rows.len()];
     let mut shift = 0;
     while shift < u64::BITS && largest >> shift > 0 {
-        scatter(&rows, &mut sorted, shift);
+        scatter(&rows, &mut sorted, |row| (key(row) >> shift) as usize & (BUCKETS - 1));
         std::mem::swap(&mut rows, &mut sorted);
         shift += DIGIT_BITS;
     }
     rows
 }
 
-fn digit(key: u64, shift: u32) -> usize {
-    (key >> shift) as usize & (BUCKETS - 1)
-}
-
-fn scatter(rows: &[Keyed], sorted: &mut [Keyed], shift: u32) {
+fn scatter<T: Copy>(rows: &[T], sorted: &mut [T], digit: impl Fn(&T) -> usize) {
     let mut next = [0_usize; BUCKETS];
-    rows.iter().for_each(|r| next[digit(r.key, shift)] += 1);
+    rows.iter().for_each(|row| next[digit(row)] += 1);
     let mut start = 0;
     for slot in &mut next {
         start += std::mem::replace(slot, start);
     }
     for row in rows {
-        let slot = &mut next[digit(row.key, shift)];
+        let slot = &mut next[digit(row)];
         sorted[*slot] = *row;
         *slot += 1;
     }

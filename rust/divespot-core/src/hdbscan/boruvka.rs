@@ -2,18 +2,19 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::parallel::share;
+use crate::parallel::{fill_chunks, share};
 
 use super::forest::Forest;
-use super::knn::Neighbors;
+use super::knn::{BEYOND, Neighbors};
+use super::search::Search;
 use super::stop;
-use super::tree::{LEAF, Node, Tree, Visitor, larger, smaller};
+use super::tree::{LEAF, Tree, larger, smaller};
 
 /// Leaves handed to a thread at a time.
 const CHUNK: usize = 64;
 
 /// No neighbour, or more than one component.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// An edge of the spanning tree between two places of the tree order.
 #[derive(Debug, Clone, Copy, Default)]
@@ -47,47 +48,52 @@ pub(super) fn spanning_tree(
 
 /// What is known of a point's way out of its component.
 #[derive(Clone, Copy)]
-struct Exit {
-    /// No edge out of the component weighs less.
-    least: f32,
+pub(super) struct Exit {
+    /// No edge out of the component weighs less, but for those to listed neighbours.
+    pub(super) least: f32,
     /// The weight of the edge to `to`.
-    weight: f32,
+    pub(super) weight: f32,
     /// The best point outside that is known; `NONE` where there is none.
-    to: u32,
+    pub(super) to: u32,
     /// Entries of the list of neighbours that may still lie outside.
     listed: u32,
 }
 
-struct Rounds<'a> {
-    tree: &'a Tree,
+/// What the rounds know.
+pub(super) struct Rounds<'a> {
+    pub(super) tree: &'a Tree,
     threads: usize,
     cancel: &'a AtomicBool,
-    cores: Vec<[f32; LEAF]>,
+    pub(super) cores: Vec<[f32; LEAF]>,
     lists: Vec<u32>,
     width: usize,
     /// Smallest core distance below each node.
-    node_cores: Vec<f32>,
+    pub(super) node_cores: Vec<f32>,
     /// The component of each place, as its root's place.
-    components: Vec<[u32; LEAF]>,
+    pub(super) components: Vec<[u32; LEAF]>,
     /// The component of all places below a node, or `NONE`.
-    node_components: Vec<u32>,
+    pub(super) node_components: Vec<u32>,
     exits: Vec<Exit>,
     /// For each root the lightest edge out: bits of the weight above the place it starts from.
-    best: Vec<AtomicU64>,
+    pub(super) best: Vec<AtomicU64>,
     forest: Forest,
     /// Roots of the components.
     live: Vec<u32>,
     /// The component that need not search: all others will join it.
-    largest: u32,
+    pub(super) largest: u32,
     edges: Vec<Edge>,
 }
 
 impl<'a> Rounds<'a> {
     fn new(tree: &'a Tree, neighbors: Neighbors, threads: usize, cancel: &'a AtomicBool) -> Self {
         let count = tree.rows.len();
-        let Neighbors { cores, lists, width } = neighbors;
-        let exit =
-            |&core| Exit { least: core, weight: f32::INFINITY, to: NONE, listed: width as u32 };
+        let Neighbors { cores, reaches, lists, width } = neighbors;
+        let exit = |(&core, &reach): (&f32, &f32)| Exit {
+            least: larger(core, reach),
+            weight: f32::INFINITY,
+            to: NONE,
+            listed: width as u32,
+        };
         let flat = cores.as_flattened();
         Self {
             threads,
@@ -95,7 +101,7 @@ impl<'a> Rounds<'a> {
             node_cores: up(tree, f32::INFINITY, |place| flat[place], smaller),
             components: vec![[NONE; LEAF]; cores.len()],
             node_components: vec![NONE; tree.nodes.len()],
-            exits: flat[..count].iter().map(exit).collect(),
+            exits: flat.iter().zip(&reaches).map(exit).collect(),
             best: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(),
             forest: Forest::new(count),
             live: (0..count as u32).collect(),
@@ -114,10 +120,9 @@ impl<'a> Rounds<'a> {
         let cores = self.cores.as_flattened();
         for (place, list) in self.lists.chunks_exact(self.width).enumerate() {
             let weight = cores[place];
-            let below = |&&other: &&u32| cores[other as usize] <= weight;
+            let below = |&&other: &&u32| other & BEYOND == 0 && cores[other as usize] <= weight;
             if let Some(&other) = list.iter().find(below) {
-                let edge = Edge { weight, a: place as u32, b: other };
-                self.edges.extend(self.forest.join(edge.a, edge.b).then_some(edge));
+                add(&mut self.edges, &mut self.forest, Edge { weight, a: place as u32, b: other });
             }
         }
         self.thin_out();
@@ -129,7 +134,7 @@ impl<'a> Rounds<'a> {
             let best = self.best[root as usize].swap(u64::MAX, Ordering::Relaxed);
             if let Some(exit) = self.exits.get(best as u32 as usize) {
                 let edge = Edge { weight: exit.weight, a: best as u32, b: exit.to };
-                self.edges.extend(self.forest.join(edge.a, edge.b).then_some(edge));
+                add(&mut self.edges, &mut self.forest, edge);
             }
         }
         self.thin_out();
@@ -143,40 +148,88 @@ impl<'a> Rounds<'a> {
             self.live.iter().copied().max_by_key(|&root| forest.size(root)).unwrap_or(NONE);
     }
 
+    /// Gives every place the root of its component, and every node that of its places.
     fn relabel(&mut self) {
         let count = self.exits.len();
-        let components = self.components.as_flattened_mut();
-        for (place, component) in (0..).zip(&mut components[..count]) {
-            *component = self.forest.find(place);
-        }
+        let forest = &self.forest;
+        fill_chunks(
+            &mut self.components.as_flattened_mut()[..count],
+            CHUNK * LEAF,
+            self.threads,
+            |first, part| {
+                for (place, component) in (first as u32..).zip(part) {
+                    *component = forest.root(if *component == NONE { place } else { *component });
+                }
+            },
+        );
         let both = |a, b| if a == b { a } else { NONE };
+        let components = self.components.as_flattened();
         self.node_components = up(self.tree, NONE, |place| components[place.min(count - 1)], both);
     }
 
     /// First pass of a round: neighbours found before that still lie outside.
     fn offer_neighbors(&mut self) {
-        let Self { exits, lists, components, cores, best, .. } = self;
-        let (components, cores) = (components.as_flattened(), cores.as_flattened());
-        let (width, largest, cancel) = (self.width, self.largest, self.cancel);
+        let mut exits = std::mem::take(&mut self.exits);
+        let mut lists = std::mem::take(&mut self.lists);
+        let width = self.width;
         let pieces = exits.chunks_mut(CHUNK * LEAF).zip(lists.chunks_mut(CHUNK * LEAF * width));
         share(pieces.enumerate(), self.threads, |(chunk, (exits, lists))| {
-            if stop(cancel).is_err() {
+            if stop(self.cancel).is_err() {
                 return;
             }
-            let places = chunk * CHUNK * LEAF..;
-            for (place, (exit, list)) in places.zip(exits.iter_mut().zip(lists.chunks_mut(width))) {
-                let own = components[place];
-                if own == largest {
-                    continue;
-                }
-                if exit.to == NONE || components[exit.to as usize] == own {
-                    *exit = exit.listed(list, own, cores[place], components, cores);
-                }
-                if exit.to != NONE {
-                    offer(&best[own as usize], exit.weight, place);
-                }
+            let points = exits.iter_mut().zip(lists.chunks_exact_mut(width));
+            for (place, (exit, list)) in (chunk * CHUNK * LEAF..).zip(points) {
+                self.offer_neighbor(place, exit, list);
             }
         });
+        (self.exits, self.lists) = (exits, lists);
+    }
+
+    #[inline]
+    fn offer_neighbor(&self, place: usize, exit: &mut Exit, list: &mut [u32]) {
+        let components = self.components.as_flattened();
+        let own = components[place];
+        if own == self.largest {
+            return;
+        }
+        let leads_out = |exit: &Exit| exit.to != NONE && components[exit.to as usize] != own;
+        if !leads_out(exit) && self.cores.as_flattened()[place] < self.bound(own) {
+            self.refresh(place, exit, list);
+        }
+        if leads_out(exit) {
+            offer(&self.best[own as usize], exit.weight, place);
+        }
+    }
+
+    /// Finds the best exit among the listed neighbours; those inside leave the list for good.
+    #[inline]
+    fn refresh(&self, place: usize, exit: &mut Exit, list: &mut [u32]) {
+        let (components, cores) = (self.components.as_flattened(), self.cores.as_flattened());
+        let (own, core) = (components[place], cores[place]);
+        let listed = exit.listed as usize;
+        *exit = Exit { to: NONE, weight: f32::INFINITY, listed: 0, ..*exit };
+        for i in 0..listed {
+            let entry = list[i];
+            let other = entry & !BEYOND;
+            if components[other as usize] == own {
+                continue;
+            }
+            list[exit.listed as usize] = entry;
+            exit.listed += 1;
+            let mut weight = larger(core, cores[other as usize]);
+            if entry != other && weight < exit.weight {
+                weight = larger(weight, self.tree.distance(place, other as usize));
+            }
+            if weight < exit.weight {
+                (exit.weight, exit.to) = (weight, other);
+            }
+            if exit.weight <= core {
+                // Nothing can be lighter: the rest of the list stays for later.
+                list.copy_within(i + 1..listed, exit.listed as usize);
+                exit.listed += (listed - i - 1) as u32;
+                return;
+            }
+        }
     }
 
     /// Second pass of a round: what no list tells, from the tree.
@@ -192,9 +245,19 @@ impl<'a> Rounds<'a> {
         self.exits = exits;
     }
 
+    /// The weight of the lightest edge known to leave a component.
     #[inline]
-    fn bound(&self, component: u32) -> f32 {
+    pub(super) fn bound(&self, component: u32) -> f32 {
         weight(self.best[component as usize].load(Ordering::Relaxed))
+    }
+}
+
+/// Adds an edge unless it closes a cycle.
+fn add(edges: &mut Vec<Edge>, forest: &mut Forest, edge: Edge) {
+    let (a, b) = (forest.find(edge.a), forest.find(edge.b));
+    if a != b {
+        forest.join(a, b);
+        edges.push(edge);
     }
 }
 
@@ -218,8 +281,9 @@ fn up<T: Copy>(
     out
 }
 
+/// Makes an edge known to its component.
 #[inline]
-fn offer(best: &AtomicU64, weight: f32, place: usize) {
+pub(super) fn offer(best: &AtomicU64, weight: f32, place: usize) {
     let key = u64::from(weight.to_bits()) << 32 | place as u64;
     if key < best.load(Ordering::Relaxed) {
         best.fetch_min(key, Ordering::Relaxed);
@@ -230,160 +294,4 @@ fn offer(best: &AtomicU64, weight: f32, place: usize) {
 #[inline]
 fn weight(key: u64) -> f32 {
     if key == u64::MAX { f32::INFINITY } else { f32::from_bits((key >> 32) as u32) }
-}
-
-impl Exit {
-    /// The best exit among the listed neighbours; those inside leave the list for good.
-    #[inline]
-    fn listed(
-        self,
-        list: &mut [u32],
-        own: u32,
-        core: f32,
-        components: &[u32],
-        cores: &[f32],
-    ) -> Self {
-        let mut exit = Self { to: NONE, weight: f32::INFINITY, listed: 0, ..self };
-        for i in 0..self.listed as usize {
-            let other = list[i];
-            if components[other as usize] != own {
-                list[exit.listed as usize] = other;
-                exit.listed += 1;
-                let weight = larger(core, cores[other as usize]);
-                if weight < exit.weight {
-                    (exit.weight, exit.to) = (weight, other);
-                }
-            }
-        }
-        exit
-    }
-}
-
-/// A point that looks for the lightest edge out of its component.
-#[derive(Clone, Copy, Default)]
-struct Query {
-    lane: usize,
-    at: [f32; 3],
-    core: f32,
-    component: u32,
-    /// Lightest weight seen or left out so far.
-    least: f32,
-}
-
-struct Search<'a> {
-    rounds: &'a Rounds<'a>,
-    exits: &'a mut [Exit],
-    first: usize,
-    queries: [Query; LEAF],
-    count: usize,
-    /// The component of all queries, or `NONE`.
-    only: u32,
-    bound: f32,
-    /// Least weight that a node left out may hold.
-    least: f32,
-}
-
-impl<'a> Search<'a> {
-    fn run(rounds: &'a Rounds<'a>, leaf: usize, exits: &'a mut [Exit]) {
-        let mut search = Self {
-            rounds,
-            exits,
-            first: leaf * LEAF,
-            queries: [Query::default(); LEAF],
-            count: 0,
-            only: NONE,
-            bound: 0.0,
-            least: f32::INFINITY,
-        };
-        search.gather(leaf);
-        if search.count > 0 {
-            let tree = rounds.tree;
-            tree.walk(&tree.nodes[tree.leaf_nodes[leaf] as usize], &mut search);
-            search.keep();
-        }
-    }
-
-    /// Collects the points of the leaf that may have an edge below their component's best.
-    fn gather(&mut self, leaf: usize) {
-        let rounds = self.rounds;
-        for (lane, exit) in self.exits.iter().enumerate() {
-            let component = rounds.components[leaf][lane];
-            if component == rounds.largest || exit.least >= rounds.bound(component) {
-                continue;
-            }
-            self.queries[self.count] = Query {
-                lane,
-                at: rounds.tree.blocks[leaf].point(lane),
-                core: rounds.cores[leaf][lane],
-                component,
-                least: f32::INFINITY,
-            };
-            self.only = if self.count == 0 || self.only == component { component } else { NONE };
-            self.count += 1;
-        }
-        self.set_bound();
-    }
-
-    fn set_bound(&mut self) {
-        let bounds = self.queries[..self.count].iter().map(|q| self.rounds.bound(q.component));
-        self.bound = bounds.fold(0.0, larger);
-    }
-
-    /// Remembers what the search has excluded: components only grow.
-    fn keep(&mut self) {
-        for query in &self.queries[..self.count] {
-            let exit = &mut self.exits[query.lane];
-            exit.least = larger(exit.least, smaller(query.least, self.least));
-        }
-    }
-
-    #[inline]
-    fn look(&mut self, node: &Node, leaf: usize) {
-        let rounds = self.rounds;
-        let first = leaf * LEAF;
-        let (cores, components) = (&rounds.cores[leaf], &rounds.components[leaf]);
-        for query in &mut self.queries[..self.count] {
-            let bound = rounds.bound(query.component);
-            let gap = node.gap_to(query.at);
-            if gap >= bound {
-                query.least = smaller(query.least, gap);
-                continue;
-            }
-            let distances = rounds.tree.blocks[leaf].distances(query.at);
-            let weights: [f32; LEAF] = std::array::from_fn(|i| {
-                let weight = larger(larger(distances[i], cores[i]), query.core);
-                if components[i] == query.component { f32::INFINITY } else { weight }
-            });
-            let least = weights.iter().fold(f32::INFINITY, |m, &w| smaller(m, w));
-            query.least = smaller(query.least, least);
-            if least < bound {
-                let lane = weights.iter().position(|&w| w == least).unwrap_or(0);
-                let exit = &mut self.exits[query.lane];
-                (exit.weight, exit.to) = (least, (first + lane) as u32);
-                offer(&rounds.best[query.component as usize], least, self.first + query.lane);
-            }
-        }
-        self.set_bound();
-    }
-}
-
-impl Visitor for Search<'_> {
-    #[inline]
-    fn enters(&mut self, node: usize, gap: f32) -> bool {
-        let component = self.rounds.node_components[node];
-        if component != NONE && component == self.only {
-            return false;
-        }
-        let weight = larger(gap, self.rounds.node_cores[node]);
-        if weight >= self.bound {
-            self.least = smaller(self.least, weight);
-            return false;
-        }
-        true
-    }
-
-    #[inline]
-    fn leaf(&mut self, node: &Node, leaf: usize) {
-        self.look(node, leaf);
-    }
 }

@@ -19,13 +19,19 @@ pub(super) struct Cluster {
     pub(super) stability: f64,
 }
 
-/// The condensed tree: clusters, and for each point the cluster that it leaves last.
+/// How a place leaves the condensed tree.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leave {
+    /// The cluster that it leaves last; `NONE` where there is no cluster at all.
+    pub(super) cluster: u32,
+    /// The weight at which it leaves.
+    pub(super) weight: f32,
+}
+
+/// The condensed tree: its clusters, and how each place leaves it.
 pub(super) struct Condensed {
     pub(super) clusters: Vec<Cluster>,
-    /// For each place its cluster; `NONE` where there is no cluster at all.
-    pub(super) owners: Vec<u32>,
-    /// For each place the distance at which it leaves its cluster.
-    pub(super) leaves: Vec<f32>,
+    pub(super) leaves: Vec<Leave>,
 }
 
 /// Weight as a distance. Coinciding points get the smallest distance that there is, so that
@@ -40,7 +46,10 @@ pub(super) fn distance(weight: f32) -> f64 {
 pub(super) fn condense(edges: &[Edge], count: usize, min_cluster_size: usize) -> Condensed {
     let mut growth = Growth::new(count, min_cluster_size);
     for level in edges.chunk_by(|a, b| a.weight == b.weight) {
-        growth.merge_level(level);
+        match level {
+            [edge] => growth.merge_pair(edge),
+            _ => growth.merge_level(level),
+        }
     }
     growth.condensed
 }
@@ -54,111 +63,120 @@ struct Part {
     size: u32,
 }
 
+/// What a place is to the component that it is in.
+#[derive(Clone, Copy)]
+struct Member {
+    /// The next member, in a ring; kept up while the component is too small for a cluster.
+    next: u32,
+    /// In a root: the cluster that the component is, or `NONE`.
+    cluster: u32,
+}
+
 struct Growth {
     min_size: u32,
     forest: Forest,
-    /// The next member of the same component, in a ring; kept up while there is no cluster.
-    ring: Vec<u32>,
-    /// For each root the cluster that its component is, or `NONE`.
-    cluster: Vec<u32>,
+    members: Vec<Member>,
     parts: Vec<Part>,
     condensed: Condensed,
 }
 
 impl Growth {
     fn new(count: usize, min_cluster_size: usize) -> Self {
+        let leave = Leave { cluster: NONE, weight: 0.0 };
         Self {
             min_size: u32::try_from(min_cluster_size).unwrap_or(u32::MAX),
             forest: Forest::new(count),
-            ring: (0..count as u32).collect(),
-            cluster: vec![NONE; count],
+            members: (0..count as u32).map(|next| Member { next, cluster: NONE }).collect(),
             parts: Vec::new(),
-            condensed: Condensed {
-                clusters: Vec::new(),
-                owners: vec![NONE; count],
-                leaves: vec![0.0; count],
-            },
+            condensed: Condensed { clusters: Vec::new(), leaves: vec![leave; count] },
         }
+    }
+
+    /// The component that holds a place, before a merger.
+    fn part(&mut self, place: u32) -> Part {
+        let root = self.forest.find(place);
+        Part { into: root, root, size: self.forest.size(root) }
+    }
+
+    fn merge_pair(&mut self, edge: &Edge) {
+        let mut parts = [self.part(edge.a), self.part(edge.b)];
+        let into = self.forest.join(parts[0].root, parts[1].root);
+        parts.iter_mut().for_each(|part| part.into = into);
+        self.merge(&parts, edge.weight);
     }
 
     fn merge_level(&mut self, level: &[Edge]) {
         let mut parts = std::mem::take(&mut self.parts);
         parts.clear();
-        for end in level.iter().flat_map(|edge| [edge.a, edge.b]) {
-            let root = self.forest.find(end);
-            parts.push(Part { into: root, root, size: self.forest.size(root) });
-        }
+        parts.extend(level.iter().flat_map(|edge| [edge.a, edge.b]).map(|end| self.part(end)));
         for edge in level {
-            self.forest.join(edge.a, edge.b);
+            let (a, b) = (self.forest.find(edge.a), self.forest.find(edge.b));
+            self.forest.join(a, b);
         }
-        if level.len() > 1 {
-            parts.iter_mut().for_each(|part| part.into = self.forest.find(part.root));
-            parts.sort_unstable_by_key(|part| (part.into, part.root));
-            parts.dedup_by_key(|part| part.root);
-        } else {
-            let into = self.forest.find(level[0].a);
-            parts.iter_mut().for_each(|part| part.into = into);
+        parts.iter_mut().for_each(|part| part.into = self.forest.find(part.root));
+        parts.sort_unstable_by_key(|part| (part.into, part.root));
+        parts.dedup_by_key(|part| part.root);
+        for parts in parts.chunk_by(|a, b| a.into == b.into) {
+            self.merge(parts, level[0].weight);
         }
-        let weight = level[0].weight;
-        parts.chunk_by(|a, b| a.into == b.into).for_each(|parts| self.merge(parts, weight));
         self.parts = parts;
     }
 
+    /// Merges all of `parts` at one weight.
     fn merge(&mut self, parts: &[Part], weight: f32) {
         let min_size = self.min_size;
-        let is_cluster = |part: &&Part| part.size >= min_size;
-        let mut grown = parts.iter().filter(is_cluster);
-        let cluster = match (grown.next(), grown.next()) {
-            (None, _) if self.forest.size(parts[0].into) < self.min_size => {
+        let mut large = parts.iter().filter(|part| part.size >= min_size);
+        let cluster = match (large.next(), large.next()) {
+            (Some(only), None) => self.members[only.root as usize].cluster,
+            (None, _) if parts.iter().map(|part| part.size).sum::<u32>() < min_size => {
                 return self.link(parts);
             }
-            (Some(only), None) => self.cluster[only.root as usize],
             _ => self.found(weight),
         };
-        let density = distance(weight).recip();
+        let mut joined = 0;
         for part in parts {
-            if part.size < self.min_size {
-                self.take_in(part.root, cluster, weight);
-                self.condensed.clusters[cluster as usize].stability +=
-                    density * f64::from(part.size);
-            } else if self.cluster[part.root as usize] != cluster {
-                let child = &mut self.condensed.clusters[self.cluster[part.root as usize] as usize];
-                child.parent = cluster;
-                child.birth = distance(weight);
-                child.stability -= density * f64::from(part.size);
-                self.condensed.clusters[cluster as usize].stability +=
-                    density * f64::from(part.size);
+            let child = self.members[part.root as usize].cluster;
+            if child == cluster {
+                continue;
+            }
+            joined += part.size;
+            if part.size < min_size {
+                self.dismiss(part.root, Leave { cluster, weight });
+            } else {
+                let child = &mut self.condensed.clusters[child as usize];
+                (child.parent, child.birth) = (cluster, distance(weight));
+                child.stability -= f64::from(part.size) / distance(weight);
             }
         }
-        self.cluster[parts[0].into as usize] = cluster;
+        // One sum of whole numbers, one addition: the order of the parts leaves no trace.
+        self.condensed.clusters[cluster as usize].stability += f64::from(joined) / distance(weight);
+        self.members[parts[0].into as usize].cluster = cluster;
     }
 
     /// Starts a cluster that falls apart at `weight`.
     fn found(&mut self, weight: f32) -> u32 {
         let clusters = &mut self.condensed.clusters;
-        clusters.push(Cluster {
-            parent: NONE,
-            birth: f64::INFINITY,
-            death: distance(weight),
-            stability: 0.0,
-        });
+        let (birth, death) = (f64::INFINITY, distance(weight));
+        clusters.push(Cluster { parent: NONE, birth, death, stability: 0.0 });
         clusters.len() as u32 - 1
     }
 
     /// Makes one ring of the members of components that are no cluster yet.
     fn link(&mut self, parts: &[Part]) {
         for pair in parts.windows(2) {
-            self.ring.swap(pair[0].root as usize, pair[1].root as usize);
+            let (a, b) = (pair[0].root as usize, pair[1].root as usize);
+            let next = self.members[a].next;
+            self.members[a].next = self.members[b].next;
+            self.members[b].next = next;
         }
     }
 
-    /// The members of a small component leave `cluster` at `weight`.
-    fn take_in(&mut self, root: u32, cluster: u32, weight: f32) {
+    /// The members of a small component leave.
+    fn dismiss(&mut self, root: u32, leave: Leave) {
         let mut member = root;
         loop {
-            self.condensed.owners[member as usize] = cluster;
-            self.condensed.leaves[member as usize] = weight;
-            member = self.ring[member as usize];
+            self.condensed.leaves[member as usize] = leave;
+            member = self.members[member as usize].next;
             if member == root {
                 return;
             }

@@ -4,10 +4,12 @@ use std::cmp::Ordering;
 
 use crate::Point;
 
-use super::condense::{Condensed, NONE, distance};
+use super::condense::{Condensed, Leave, NONE, distance};
 
-/// Labels and probabilities of `points`; `rows` is the row of each place, `owners` the selected
-/// cluster of each cluster.
+/// Labels and probabilities of `points`.
+///
+/// `rows` is the row of each place, `owners` the selected cluster of each cluster, `epsilon` the
+/// selection epsilon in the unit of the clusters' distances.
 pub(super) fn label(
     points: &[Point],
     rows: &[u32],
@@ -15,58 +17,64 @@ pub(super) fn label(
     owners: &[u32],
     epsilon: f64,
 ) -> (Vec<i32>, Vec<f64>) {
-    let root = condensed.clusters.len() as u32;
-    let root = root.wrapping_sub(1);
-    let reach = |cluster: u32| match cluster {
-        _ if cluster != root => f64::INFINITY,
-        // The whole cloud as a cluster keeps what is as dense as epsilon or its own core.
-        _ if epsilon > 0.0 => epsilon,
-        _ => condensed.clusters[cluster as usize].death,
+    let reaches = reaches(condensed, epsilon);
+    let owner = |leave: &Leave| {
+        let &cluster = owners.get(leave.cluster as usize)?;
+        let &reach = reaches.get(cluster as usize)?;
+        (distance(leave.weight) <= reach).then_some(cluster as usize)
     };
-    let owner = |place: usize| {
-        let cluster = *owners.get(condensed.owners[place] as usize)?;
-        let inside = cluster != NONE && distance(condensed.leaves[place]) <= reach(cluster);
-        inside.then_some(cluster)
+    let members = || {
+        let places = rows.iter().zip(&condensed.leaves);
+        places.filter_map(|(&row, leave)| Some((row as usize, owner(leave)?, leave.weight)))
     };
-    let numbers = number(points, rows, owners.len(), owner);
+    let numbers = number(points, owners.len(), || members().map(|(row, of, _)| (row, of)));
     let (mut labels, mut probabilities) = (vec![-1; rows.len()], vec![0.0; rows.len()]);
-    for (place, &row) in rows.iter().enumerate() {
-        if let Some(cluster) = owner(place) {
-            labels[row as usize] = numbers[cluster as usize];
-            let death = condensed.clusters[cluster as usize].death;
-            probabilities[row as usize] = (death / distance(condensed.leaves[place])).min(1.0);
-        }
+    for (row, cluster, weight) in members() {
+        let death = condensed.clusters[cluster].death;
+        labels[row] = numbers[cluster];
+        probabilities[row] = (death / distance(weight)).min(1.0);
     }
     (labels, probabilities)
 }
 
+/// The distance within which a selected cluster keeps its points. The whole cloud as a cluster
+/// keeps what is as dense as epsilon, or as its own core.
+fn reaches(condensed: &Condensed, epsilon: f64) -> Vec<f64> {
+    let reach = |cluster: &super::condense::Cluster| match cluster.parent {
+        NONE if epsilon > 0.0 => epsilon,
+        NONE => cluster.death,
+        _ => f64::INFINITY,
+    };
+    condensed.clusters.iter().map(reach).collect()
+}
+
 /// Numbers of the clusters by size, then by first point.
-fn number(
+fn number<I: Iterator<Item = (usize, usize)>>(
     points: &[Point],
-    rows: &[u32],
     count: usize,
-    owner: impl Fn(usize) -> Option<u32>,
+    members: impl Fn() -> I,
 ) -> Vec<i32> {
-    let mut members = vec![(0u32, [f64::INFINITY; 3]); count];
-    for (place, &row) in rows.iter().enumerate() {
-        if let Some(cluster) = owner(place) {
-            let (size, first) = &mut members[cluster as usize];
-            *size += 1;
-            let point = points[row as usize];
-            if before(&point, first) == Ordering::Less {
-                *first = point;
+    let mut sizes = vec![0u32; count];
+    members().for_each(|(_, cluster)| sizes[cluster] += 1);
+    let mut order: Vec<usize> = (0..count).filter(|&cluster| sizes[cluster] > 0).collect();
+    order.sort_unstable_by_key(|&cluster| u32::MAX - sizes[cluster]);
+    if order.windows(2).any(|pair| sizes[pair[0]] == sizes[pair[1]]) {
+        let mut firsts = vec![[f64::INFINITY; 3]; count];
+        for (row, cluster) in members() {
+            if compare(&points[row], &firsts[cluster]) == Ordering::Less {
+                firsts[cluster] = points[row];
             }
         }
+        order.sort_unstable_by(|&a, &b| {
+            sizes[b].cmp(&sizes[a]).then_with(|| compare(&firsts[a], &firsts[b]))
+        });
     }
-    let mut order: Vec<usize> = (0..count).collect();
-    order.sort_unstable_by(|&a, &b| {
-        members[b].0.cmp(&members[a].0).then_with(|| before(&members[a].1, &members[b].1))
-    });
     let mut numbers = vec![-1; count];
     order.iter().zip(0..).for_each(|(&cluster, number)| numbers[cluster] = number);
     numbers
 }
 
-fn before(a: &Point, b: &Point) -> Ordering {
+/// The order of x, then y, then z.
+fn compare(a: &Point, b: &Point) -> Ordering {
     a.iter().zip(b).fold(Ordering::Equal, |order, (a, b)| order.then_with(|| a.total_cmp(b)))
 }

@@ -7,14 +7,19 @@
 mod boruvka;
 mod condense;
 mod forest;
+mod found;
 mod knn;
 mod label;
+mod search;
 mod select;
-mod sort;
 mod tree;
+
+#[cfg(test)]
+mod tests;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::order::sort_by;
 use crate::{Bounds, Error, Point, Result, thread_count};
 
 /// How clusters are taken from the hierarchy.
@@ -73,43 +78,20 @@ pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Re
         return Ok(Clusters { labels, probabilities, mst_weights: Vec::new() });
     }
     let threads = thread_count(settings.threads);
-    let t0 = std::time::Instant::now();
-    let lap = |s: &str| {
-        if std::env::var_os("HDB_TIME").is_some() {
-            eprintln!("{s} {:.1} ms", t0.elapsed().as_secs_f64() * 1e3)
-        }
-    };
     let tree = tree::Tree::new(points, |p| frame.map(p), threads, cancel)?;
-    lap("tree");
     let k = settings.min_samples.min(points.len() - 1);
     let neighbors = knn::all_neighbors(&tree, k, threads, cancel)?;
-    lap("knn");
     let edges = boruvka::spanning_tree(&tree, neighbors, threads, cancel)?;
-    lap("boruvka");
-    let rows = tree.rows;
-    drop((tree.nodes, tree.blocks, tree.leaf_nodes));
-    let edges = sort::by_weight(&edges);
+    let rows = tree.into_rows();
+    let edges = sort_by(edges, |edge| u64::from(edge.weight.to_bits()));
     stop(cancel)?;
-    lap("sort");
     let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size);
     stop(cancel)?;
-    lap("condense");
-    let owners = select::select(
-        &condensed.clusters,
-        settings,
-        settings.cluster_selection_epsilon * frame.scale,
-    );
-    let (labels, probabilities) = label::label(
-        points,
-        &rows,
-        &condensed,
-        &owners,
-        settings.cluster_selection_epsilon * frame.scale,
-    );
-    let mst_weights =
-        edges.iter().map(|edge| f64::from(edge.weight).sqrt() / frame.scale).collect();
-    lap("label");
-    Ok(Clusters { labels, probabilities, mst_weights })
+    let epsilon = settings.cluster_selection_epsilon * frame.scale;
+    let owners = select::select(&condensed.clusters, settings, epsilon);
+    let (labels, probabilities) = label::label(points, &rows, &condensed, &owners, epsilon);
+    let metres = |edge: &boruvka::Edge| f64::from(edge.weight).sqrt() / frame.scale;
+    Ok(Clusters { labels, probabilities, mst_weights: edges.iter().map(metres).collect() })
 }
 
 impl Settings {

@@ -18,15 +18,25 @@ pub(super) fn select(clusters: &[Cluster], settings: &Settings, epsilon: f64) ->
     owners(clusters, &chosen)
 }
 
-/// Keeps the clusters that are more stable than all below them together.
+/// Keeps the clusters that are at least as stable as all below them together.
 fn excess_of_mass(clusters: &[Cluster], allow_root: bool) -> Vec<bool> {
-    let mut below = vec![0.0; clusters.len()];
+    let mut worth = vec![0.0f64; clusters.len()];
     let mut chosen = vec![false; clusters.len()];
+    // The children of each cluster: the first, and the next of each.
+    let (mut first, mut next) = (vec![NONE; clusters.len()], vec![NONE; clusters.len()]);
+    let mut below = Vec::new();
     for (i, cluster) in clusters.iter().enumerate() {
-        let is_root = cluster.parent == NONE;
-        chosen[i] = cluster.stability >= below[i] && (allow_root || !is_root);
-        if !is_root {
-            below[cluster.parent as usize] += cluster.stability.max(below[i]);
+        let child = |at: &u32| Some(next[*at as usize]).filter(|&at| at != NONE);
+        let children = std::iter::successors(Some(first[i]).filter(|&at| at != NONE), child);
+        below.clear();
+        below.extend(children.map(|child| worth[child as usize]));
+        // Sorted, because a sum of three or more depends on the order.
+        below.sort_unstable_by(f64::total_cmp);
+        let below: f64 = below.iter().sum();
+        worth[i] = cluster.stability.max(below);
+        chosen[i] = cluster.stability >= below && (allow_root || cluster.parent != NONE);
+        if let Some(first) = first.get_mut(cluster.parent as usize) {
+            next[i] = std::mem::replace(first, i as u32);
         }
     }
     chosen

@@ -35,10 +35,12 @@ impl Block {
     #[inline]
     pub(super) fn distances(&self, p: [f32; 3]) -> [f32; LEAF] {
         let [x, y, z] = &self.axes;
-        std::array::from_fn(|i| {
-            let (dx, dy, dz) = (x[i] - p[0], y[i] - p[1], z[i] - p[2]);
-            dx * dx + dy * dy + dz * dz
-        })
+        let mut out = [0.0; LEAF];
+        for (out, ((x, y), z)) in out.iter_mut().zip(x.iter().zip(y).zip(z)) {
+            let (dx, dy, dz) = (x - p[0], y - p[1], z - p[2]);
+            *out = dx * dx + dy * dy + dz * dz;
+        }
+        out
     }
 }
 
@@ -76,12 +78,17 @@ impl Node {
         dx * dx + dy * dy + dz * dz
     }
 
-    /// Squared distance from a point to the box.
+    /// Squared distances from the points of a leaf to the box.
     #[inline]
-    pub(super) fn gap_to(&self, p: [f32; 3]) -> f32 {
-        let gap = |k: usize| larger(larger(self.lo[k] - p[k], p[k] - self.hi[k]), 0.0);
-        let (dx, dy, dz) = (gap(0), gap(1), gap(2));
-        dx * dx + dy * dy + dz * dz
+    pub(super) fn gaps(&self, block: &Block) -> [f32; LEAF] {
+        let mut out = [0.0; LEAF];
+        let [x, y, z] = &block.axes;
+        for (out, ((x, y), z)) in out.iter_mut().zip(x.iter().zip(y).zip(z)) {
+            let gap = |v: f32, k: usize| larger(larger(self.lo[k] - v, v - self.hi[k]), 0.0);
+            let (dx, dy, dz) = (gap(*x, 0), gap(*y, 1), gap(*z, 2));
+            *out = dx * dx + dy * dy + dz * dz;
+        }
+        out
     }
 }
 
@@ -137,6 +144,20 @@ impl Tree {
         Ok(Self { nodes, blocks, rows, leaf_nodes })
     }
 
+    /// The input's row of each place; the rest is freed.
+    pub(super) fn into_rows(self) -> Vec<u32> {
+        self.rows
+    }
+
+    /// Squared distance between two places, rounded as [`Block::distances`] rounds.
+    #[inline]
+    pub(super) fn distance(&self, a: usize, b: usize) -> f32 {
+        let point = |place: usize| self.blocks[place / LEAF].point(place % LEAF);
+        let (a, b) = (point(a), point(b));
+        let (dx, dy, dz) = (a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+        dx * dx + dy * dy + dz * dz
+    }
+
     /// Leads `visitor` through the tree, the nearer child first.
     #[inline]
     pub(super) fn walk(&self, from: &Node, visitor: &mut impl Visitor) {
@@ -184,7 +205,7 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// Writes the subtree's first node; splits the rest along the box's longest edge.
+    /// Writes the subtree's first node; splits the rest along its longest axis.
     fn split(self) -> Option<[Part<'a>; 2]> {
         let (lo, hi) = bounds(self.items);
         let (first, below) = self.nodes.split_first_mut()?;
@@ -193,7 +214,7 @@ impl<'a> Part<'a> {
         if left_leaves == 0 {
             return None;
         }
-        let axis = (1..3).fold(0, |a, k| if hi[k] - lo[k] > hi[a] - lo[a] { k } else { a });
+        let axis = longest(self.items);
         let middle = left_leaves * LEAF;
         self.items.select_nth_unstable_by(middle, |a, b| a.at[axis].total_cmp(&b.at[axis]));
         let left_nodes = 2 * left_leaves - 1;
@@ -231,6 +252,25 @@ fn split_all(whole: Part<'_>, threads: usize, cancel: &AtomicBool) {
         }
     });
 }
+
+/// The axis along which a sample of the items spreads most, but for the outermost item at each
+/// end: a single stray beside a wall must not have the wall cut into sheets.
+fn longest(items: &[Item]) -> usize {
+    let (mut least, mut low) = ([f32::INFINITY; 3], [f32::INFINITY; 3]);
+    let (mut most, mut high) = ([f32::NEG_INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for item in items.iter().step_by(items.len().div_ceil(SAMPLE)) {
+        for k in 0..3 {
+            low[k] = smaller(low[k], larger(least[k], item.at[k]));
+            least[k] = smaller(least[k], item.at[k]);
+            high[k] = larger(high[k], smaller(most[k], item.at[k]));
+            most[k] = larger(most[k], item.at[k]);
+        }
+    }
+    (1..3).fold(0, |a, k| if high[k] - low[k] > high[a] - low[a] { k } else { a })
+}
+
+/// Items that the choice of an axis looks at.
+const SAMPLE: usize = 16;
 
 fn bounds(items: &[Item]) -> ([f32; 3], [f32; 3]) {
     let empty = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
