@@ -21,6 +21,7 @@ __all__ = [
     "radius_outlier_mask",
     "rotate",
     "rotation_to_z",
+    "seen",
     "survey",
     "voxel_downsample",
 ]
@@ -48,6 +49,9 @@ def height_histogram(
 def ground_height(
     heights_m: NDArray[Any], bin_m: float, window: int, rule: str, lower_fraction: float
 ) -> float: ...
+def seen(
+    points: NDArray[Any],
+) -> tuple[NDArray[np.float64], tuple[float, float, float], int, int]: ...
 def survey(
     points: NDArray[Any], seed: int, threads: int
 ) -> tuple[float, float, NDArray[np.float64], NDArray[np.float64]]: ...

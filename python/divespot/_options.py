@@ -3,83 +3,120 @@
 from __future__ import annotations
 
 import math
+import numbers
 from collections.abc import Callable
 from dataclasses import field
 from typing import Any
 
+import numpy as np
+
 from divespot.errors import DivespotError
 
-Check = Callable[[object], bool]
+#: Turns what was given into a plain value; None where it cannot.
+Convert = Callable[[Any], Any]
 
 
-def _option(default: Any, text: str, needed: str, accepts: Check, **more: Any) -> Any:  # noqa: ANN401 - a field of any type
-    def check(name: str, value: object) -> None:
-        if not accepts(value):
+def _option(default: Any, text: str, needed: str, convert: Convert, **more: Any) -> Any:  # noqa: ANN401 - a field of any type
+    derivable = more.get("derivable", default is None)
+
+    def plain(name: str, value: Any) -> Any:  # noqa: ANN401
+        if value is None and derivable:
+            return None
+        converted = convert(value)
+        if converted is None:
             raise DivespotError(f"{name} is {value!r}: {needed} is needed")
+        return converted
 
-    return field(default=default, metadata={"help": text, "check": check, **more})
-
-
-def _is_real(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return field(default=default, metadata={"help": text, "plain": plain, **more})
 
 
-def length(text: str, default: float | None = None) -> Any:  # noqa: ANN401
-    """Return a field for a length of 0 or more; None waits for the scan."""
-    return _number(text, default, "a finite length of 0 or more", lambda v: v >= 0, float)
+def _real(value: Any) -> float | None:  # noqa: ANN401
+    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+        return None
+    number = float(value)
+    return number if math.isfinite(number) else None
 
 
-def positive(text: str, default: float | None = None) -> Any:  # noqa: ANN401
-    """Return a field for a number above 0; None waits for the scan."""
-    return _number(text, default, "a finite number above 0", lambda v: v > 0, float)
+def length(text: str, default: float | None = None, *, derivable: bool | None = None) -> Any:  # noqa: ANN401
+    """Return a field for a finite number of 0 or more; None, if it may be, waits for the scan."""
+    may_wait = default is None if derivable is None else derivable
+    needed = "a finite number of 0 or more"
+    return _option(
+        default,
+        text,
+        needed,
+        lambda v: None if (x := _real(v)) is None or x < 0 else x,
+        kind=float,
+        derivable=may_wait,
+    )
 
 
-def count(text: str, default: int, least: int) -> Any:  # noqa: ANN401
-    """Return a field for a whole number."""
-    needed = f"a whole number of {least} or more"
-    return _number(text, default, needed, lambda v: isinstance(v, int) and v >= least, int)
+def positive(text: str, default: float | None = None, most: float = math.inf) -> Any:  # noqa: ANN401
+    """Return a field for a finite number above 0, up to `most`; None waits for the scan."""
+    needed = "a finite number above 0" + (f" and up to {most:g}" if most < math.inf else "")
+    return _option(
+        default,
+        text,
+        needed,
+        lambda v: x if (x := _real(v)) is not None and 0 < x <= most else None,
+        kind=float,
+    )
 
 
-def _number(
-    text: str,
-    default: float | None,
-    needed: str,
-    accepts: Callable[[float], bool],
-    kind: type,
-) -> Any:  # noqa: ANN401
-    def check(value: object) -> bool:
-        if value is None:
-            return default is None or kind is float
-        return _is_real(value) and accepts(value)  # type: ignore[arg-type] # a number by now
+def count(text: str, default: int, least: int, most: int = 2**32 - 1) -> Any:  # noqa: ANN401
+    """Return a field for a whole number from `least` to `most`."""
 
-    return _option(default, text, needed, check, kind=kind)
+    def convert(value: Any) -> int | None:  # noqa: ANN401
+        whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+        return int(value) if whole and least <= value <= most else None
+
+    return _option(default, text, f"a whole number from {least} to {most}", convert, kind=int)
 
 
 def text(help_text: str, default: str) -> Any:  # noqa: ANN401
     """Return a field for a text."""
-    return _option(default, help_text, "a text", lambda v: isinstance(v, str), kind=str)
+    return _option(default, help_text, "a text", _text, kind=str)
+
+
+def _text(value: Any) -> str | None:  # noqa: ANN401
+    return value if isinstance(value, str) else None
 
 
 def flag(help_text: str) -> Any:  # noqa: ANN401
     """Return a field for a switch that is off."""
-    return _option(False, help_text, "True or False", lambda v: isinstance(v, bool), kind=bool)  # noqa: FBT003
+    return _option(
+        False,  # noqa: FBT003
+        help_text,
+        "True or False",
+        lambda v: bool(v) if isinstance(v, bool | np.bool_) else None,
+        kind=bool,
+    )
 
 
 def choice(help_text: str, *choices: str) -> Any:  # noqa: ANN401
     """Return a field for one of several words, the first by default."""
-    needed = f"one of {', '.join(choices)}"
-    return _option(choices[0], help_text, needed, choices.__contains__, kind=str, choices=choices)
+    return _option(
+        choices[0],
+        help_text,
+        f"one of {', '.join(choices)}",
+        lambda v: v if _text(v) in choices else None,
+        kind=str,
+        choices=choices,
+    )
 
 
 def box(help_text: str) -> Any:  # noqa: ANN401
     """Return a field for an axis-aligned box; None for none."""
+    needed = "x0,y0,z0,x1,y1,z1 with each of the first three no larger than its counterpart"
+    return _option(None, help_text, needed, _box, kind=tuple)
 
-    def accepts(value: object) -> bool:
-        if value is None:
-            return True
-        if not isinstance(value, tuple) or len(value) != 6 or not all(map(_is_real, value)):
-            return False
-        return all(low <= high for low, high in zip(value[:3], value[3:], strict=True))
 
-    needed = "x0,y0,z0,x1,y1,z1 with each first number no larger than its second"
-    return _option(None, help_text, needed, accepts, kind=tuple)
+def _box(value: Any) -> tuple[float, ...] | None:  # noqa: ANN401
+    try:
+        corners = [_real(v) for v in value]
+    except TypeError:
+        return None
+    found = tuple(v for v in corners if v is not None)
+    if len(corners) != 6 or len(found) != 6:
+        return None
+    return found if all(map(float.__le__, found[:3], found[3:])) else None

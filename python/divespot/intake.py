@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot import _native
 from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
 
 FEWEST = 10
+#: Smaller than this is no scan in metres.
+SMALLEST_M = 1e-6
 
 
 @dataclass(frozen=True)
@@ -47,19 +50,22 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
 
     """
     scan = _scan(source, settings)
-    finite = np.asarray(np.isfinite(scan.points).all(axis=1))
-    nonzero = np.asarray((scan.points != 0.0).any(axis=1))
-    points = scan.points[finite & nonzero]
-    counts = (len(finite), int((~finite).sum()), int((finite & ~nonzero).sum()))
+    points, origin, nonfinite, zero = _native.seen(scan.points)
     if len(points) < FEWEST:
         raise DivespotError(
-            f"{scan.path or 'the array'}: of {counts[0]} points {counts[1]} are not finite and "
-            f"{counts[2]} are (0, 0, 0): at least {FEWEST} others are needed"
+            f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "
+            f"and {zero} are (0, 0, 0): at least {FEWEST} others are needed"
         )
-    origin = points.min(axis=0)
+    if (size := float(np.ptp(points, axis=0).max())) < SMALLEST_M:
+        raise DivespotError(
+            f"{scan.path or 'the array'}: the points span {size:.2g} m: at least {SMALLEST_M:g} m "
+            "is needed"
+        )
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
-    return Cloud(points - origin, origin, Source(scan.path, *counts, scan.unit, scan.crs), warnings)
+    counts = (len(scan.points), nonfinite, zero)
+    described = Source(scan.path, *counts, scan.unit, scan.crs)
+    return Cloud(points, np.array(origin), described, warnings)
 
 
 def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
@@ -74,7 +80,7 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
     unit = "m" if settings.unit == "auto" else settings.unit
     if unit not in UNITS:
         raise DivespotError(f"unit is {unit!r}: one of {', '.join(UNITS)} is needed")
-    points = np.ascontiguousarray(array, dtype=np.float64) * UNITS[unit]
+    points = array if UNITS[unit] == 1.0 else array * np.float64(UNITS[unit])
     return Scan(points, None, unit, unit_stated=True, crs=None, warnings=())
 
 

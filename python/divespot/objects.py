@@ -31,7 +31,7 @@ COVERAGE = 2.0
 
 
 #: With less of the points on the ground's plane, the ground is no plane.
-FLAT_SHARE = 0.1
+FLAT_SHARE = 0.2
 
 
 @dataclass(frozen=True)
@@ -86,12 +86,17 @@ def find_objects(
         above, cells = above[kept], cells[kept]
     found = find_clusters(cells, settings.link_m, settings)
     labels[above] = found
-    gap = math.ceil(given(settings.link_m) / grid.cell_m) - 1
+    gap = max(_steps(grid, settings.link_m) - 1, 0)
     labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
     if settings.select == "largest":
         _warn_of_dropped(labels, warn)
         labels[labels > 0] = -1
     return labels
+
+
+def _steps(grid: HeightMap, length_m: float | None) -> int:
+    """Return the cells that a length reaches across, at most the whole grid."""
+    return math.ceil(min(given(length_m) / grid.cell_m, float(max(grid.heights_m.shape))))
 
 
 def _warn_of_dropped(found: NDArray[np.int32], warn: Callable[[str], None]) -> None:
@@ -112,7 +117,7 @@ def measure_objects(
         grid.origin_m,
         grid.cell_m,
         labels,
-        math.ceil(given(settings.toe_m) / grid.cell_m),
+        _steps(grid, settings.toe_m),
         settings.ring_share,
         given(settings.margin_m),
         (ground.height_m, ground.noise_m, ground.noise_m),
@@ -174,7 +179,9 @@ def _mass(volume_m3: float, u_m3: float, settings: Settings) -> tuple[float | No
     return density * volume_m3, COVERAGE * u_mass
 
 
-def doubts(piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int) -> list[str]:
+def doubts(
+    piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int, settings: Settings
+) -> list[str]:
     """Return what a user should know before trusting the numbers."""
     found = []
     if not piles:
@@ -188,6 +195,6 @@ def doubts(piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points
     for pile in piles:
         if pile.touches_edge:
             found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
-        if pile.base == "ground" and pose is not None:
+        if pile.base == "ground" and settings.base == "local":
             found.append(f"pile {pile.id} has no ground of its own around it")
     return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from divespot.filters import radius_filter, scene_cluster, voxels
@@ -56,7 +55,7 @@ def measure(
         setting is unknown or out of range.
 
     """
-    s = Settings.of(changes) if settings is None else replace(settings, **changes)
+    s = (settings or Settings()).changed(**changes)
     run = Progress(on_stage)
     cloud = run("read", load, source, s)
     cloud = run("crop", crop, cloud, s)
@@ -79,6 +78,6 @@ def measure(
         ground=ground_in_scan(pose, ground, cloud, len(points)),
         settings=s,
         timings_s=run.timings_s,
-        warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points))),
+        warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points), s)),
         level=Level(grid, ground.height_m, {o.label: tuple(o.outline_m) for o in objects}),
     )

@@ -64,7 +64,8 @@ def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC
     threshold_m
         A point this near to the plane supports it.
     hypotheses
-        Planes through three random points that are tried. They are scored by MSAC on 4,096
+        Planes through three random points that are tried at most; fewer where a plane has so
+        much support that a better one would have been met. They are scored by MSAC on 4,096
         random points; the best is refitted to all points within the threshold until it settles.
     axis, max_tilt_deg
         Where an axis is given, only planes are considered whose normal is within this angle of
@@ -102,7 +103,7 @@ def cone(
         x, y, z = (float(v) for v in axis)
     except (TypeError, ValueError):
         raise DivespotError(f"axis is {axis!r}: three numbers are needed") from None
-    if not 0.0 < math.hypot(x, y, z) < math.inf:
+    if not 0.0 < max(abs(x), abs(y), abs(z)) < math.inf:
         raise DivespotError(f"axis is {axis!r}: finite numbers that are not all 0 are needed")
     return (x, y, z), math.radians(number("max_tilt_deg", max_tilt_deg))
 

@@ -11,8 +11,6 @@ from divespot._options import box, choice, count, flag, length, positive, text
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from divespot.spacing import Survey
 
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
@@ -32,17 +30,23 @@ class Settings:
         "keep this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
     )
     up: str = text("where up is, roughly: auto, x, y, z, -x, -y, -z or a,b,c", "auto")
-    max_tilt_deg: float = positive("largest angle between a given up and the ground's normal", 45.0)
+    max_tilt_deg: float = positive(
+        "largest angle between a given up and the ground's normal", 45.0, most=90.0
+    )
     radius_m: float | None = length("radius of the filter of stray points; 0: no filter")
-    min_neighbors: int = count("neighbours that a point needs within the radius", 6, 0)
+    min_neighbors: int = count("neighbours that a point needs within the radius", 4, 0)
     scene_cluster: bool = flag("keep only the largest cluster of the whole scene (paper)")
-    voxel_m: float | None = length("edge of the voxels for uniform sampling; 0: none", 0.0)
+    voxel_m: float | None = length(
+        "edge of the voxels for uniform sampling; 0: none", 0.0, derivable=True
+    )
     plane_threshold_m: float | None = positive("distance within which points support a plane")
-    hypotheses: int = count("planes through three random points that are tried", 1000, 1)
+    hypotheses: int = count("planes through three random points that are tried at most", 1000, 1)
     cell_m: float | None = positive("edge of a cell of the ground grid")
     bin_m: float | None = positive("height of a bin of the height histogram")
     window: int = count("bins of the histogram's moving average, an odd number", 5, 1)
-    lower_fraction: float = positive("part of the height range in which the ground lies", 0.5)
+    lower_fraction: float = positive(
+        "part of the height range in which the ground lies", 0.5, most=1.0
+    )
     ground_rule: Literal["lower", "first", "midpoint"] = choice(
         "the histogram's peak that is the ground", "lower", "first", "midpoint"
     )
@@ -65,13 +69,14 @@ class Settings:
     factor: float = positive("compensation factor of the volume (paper)", 1.0)
     density_kg_m3: float | None = positive("bulk density, for the mass")
     density_u_kg_m3: float = length("standard uncertainty of the density", 0.0)
-    seed: int = count("seed of all random draws", 0, 0)
+    seed: int = count("seed of all random draws", 0, 0, most=2**64 - 1)
     threads: int = count("threads; 0: all that this process may use", 0, 0)
 
     def __post_init__(self) -> None:
-        """Check every value."""
+        """Check every value, and take plain Python numbers for those of NumPy."""
         for item in dataclasses.fields(self):
-            item.metadata["check"](item.name, getattr(self, item.name))
+            plain = item.metadata["plain"](item.name, getattr(self, item.name))
+            object.__setattr__(self, item.name, plain)
 
     @classmethod
     def paper(cls, **changes: Any) -> Settings:  # noqa: ANN401 - as many types as settings
@@ -83,11 +88,10 @@ class Settings:
             "base": "peak",
             "toe_m": 0.0,
         }
-        return cls.of({**paper, **changes})
+        return cls().changed(**{**paper, **changes})
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Settings:
-        """Return settings from names and values.
+    def changed(self, **changes: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+        """Return these settings with some of them changed.
 
         Raises
         ------
@@ -95,13 +99,13 @@ class Settings:
             A name is no setting, or a value out of range.
 
         """
-        known = [item.name for item in dataclasses.fields(cls)]
-        for name in values:
+        known = [item.name for item in dataclasses.fields(self)]
+        for name in changes:
             if name not in known:
                 raise DivespotError(
                     f"unknown setting {name!r}: one of {', '.join(known)} is needed"
                 )
-        return cls(**values)
+        return dataclasses.replace(self, **changes)
 
     def resolved(self, survey: Survey) -> Settings:
         """Return these settings with the lengths that follow from the cloud.
@@ -131,10 +135,8 @@ class Settings:
         )
 
     def _completed(self, **derived: float) -> Settings:
-        missing: dict[str, Any] = {
-            name: value for name, value in derived.items() if getattr(self, name) is None
-        }
-        return dataclasses.replace(self, **missing)
+        missing = {name: value for name, value in derived.items() if getattr(self, name) is None}
+        return self.changed(**missing)
 
 
 def given(value: float | None) -> float:

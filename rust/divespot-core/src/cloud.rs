@@ -71,6 +71,16 @@ impl Cloud {
         cloud
     }
 
+    /// Takes the usable ones of `count` rows: neither non-finite nor (0, 0, 0), as depth cameras
+    /// mark a pixel without a depth.
+    #[must_use]
+    pub fn seen(count: usize, row: impl Fn(usize) -> Point) -> Seen {
+        let blank = |p: Point| if p == [0.0; 3] { [f64::NAN; 3] } else { p };
+        let zero = (0..count).filter(|&i| row(i) == [0.0; 3]).count();
+        let cloud = Self::new(count, |i| blank(row(i)));
+        Seen { nonfinite: count - zero - cloud.points.len(), zero, cloud }
+    }
+
     /// Spreads one value a point over the rows of the input; rows left out get `missing`.
     #[must_use]
     pub fn spread<T: Copy>(&self, values: Vec<T>, missing: T, count: usize) -> Vec<T> {
@@ -79,6 +89,17 @@ impl Cloud {
         rows.iter().zip(values).for_each(|(&row, value)| out[row as usize] = value);
         out
     }
+}
+
+/// What a sensor saw, and what it did not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// The usable points.
+    pub cloud: Cloud,
+    /// Rows with a coordinate that is not finite.
+    pub nonfinite: usize,
+    /// Rows of (0, 0, 0).
+    pub zero: usize,
 }
 
 #[cfg(test)]
@@ -92,6 +113,13 @@ mod tests {
         assert_eq!(cloud.origin, [1.0, 2.0, 3.0]);
         assert_eq!(cloud.points, [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
         assert_eq!(cloud.spread(vec![7, 8], -1, 4), [7, -1, 8, -1]);
+    }
+
+    #[test]
+    fn blank_pixels_are_counted_and_left_out() {
+        let rows = [[0.0, -0.0, 0.0], [1.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0], [0.0; 3]];
+        let seen = Cloud::seen(4, |i| rows[i]);
+        assert_eq!((seen.nonfinite, seen.zero, seen.cloud.points.len()), (1, 2, 1));
     }
 
     #[test]

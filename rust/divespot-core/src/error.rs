@@ -31,7 +31,9 @@ pub enum Error {
     #[error("{0}")]
     Degenerate(&'static str),
     /// A grid with more cells than fit.
-    #[error("a grid of {cells:.3e} cells was asked for: {name} must be larger")]
+    #[error(
+        "the points would spread over a grid of {cells:.1e} cells: a larger {name}, or a crop to where most points lie, is needed"
+    )]
     GridTooLarge {
         /// The setting that decides the number of cells.
         name: &'static str,

@@ -6,8 +6,11 @@ use crate::error::{Error, Result, positive};
 use crate::fixed::Fixed;
 use crate::{Bounds, Point};
 
-/// The largest grid that is made; 3 GB.
+/// The largest grid that is made, and from which on it may have this many cells a point: with
+/// more it is all gaps.
 const MOST_CELLS: f64 = (1u64 << 26) as f64;
+const ANY_CELLS: f64 = (1u64 << 22) as f64;
+const CELLS_A_POINT: f64 = 64.0;
 
 /// Square cells in plan, row by row: x along a row, y from row to row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,13 +31,14 @@ impl Grid {
     ///
     /// # Errors
     ///
-    /// A cell that is not above zero, or more than 2²⁶ cells.
-    pub fn over(bounds: &Bounds, cell_m: f64) -> Result<Self> {
+    /// A cell that is not above zero, or more than 2²⁶ cells, or than 2²² and 64 for each of the
+    /// `count` points.
+    pub fn over(bounds: &Bounds, cell_m: f64, count: usize) -> Result<Self> {
         positive("cell_m", cell_m)?;
         let extent = bounds.extent();
         let across = |k: usize| ((extent[k] + 0.25 * cell_m) / cell_m).floor() + 1.0;
         let cells = across(0) * across(1);
-        if cells > MOST_CELLS {
+        if cells > MOST_CELLS.min(ANY_CELLS.max(CELLS_A_POINT * count as f64)) {
             return Err(Error::GridTooLarge { name: "cell_m", cells });
         }
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 2²⁶
@@ -122,14 +126,14 @@ const NOTHING: Sums = Sums { count: 0, xyz: [0; 3], low: f64::INFINITY, high: f6
 ///
 /// # Errors
 ///
-/// No points, a cell that is not above zero, or more than 2²⁶ cells.
+/// No points, a cell that is not above zero, or too many cells (see [`Grid::over`]).
 pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
     let bounds = Bounds::of(points.iter().copied()).ok_or(Error::TooFewPoints {
         what: "a height map",
         given: 0,
         needed: 1,
     })?;
-    let grid = Grid::over(&bounds, cell_m)?;
+    let grid = Grid::over(&bounds, cell_m, points.len())?;
     let fixed = Fixed::new(bounds.largest(), points.len());
     let sums = accumulate(points, &grid, fixed);
     let means: Vec<Option<Point>> = sums.iter().map(|s| mean(s, fixed)).collect();

@@ -46,6 +46,11 @@ impl Moments {
         Vector3::from_fn(|k, _| fixed.mean(self.sums[k], self.count))
     }
 
+    /// The root mean square distance from the mean.
+    pub(crate) fn spread(&self, fixed: Fixed) -> f64 {
+        self.covariance(fixed).trace().max(0.0).sqrt()
+    }
+
     /// The axis of least spread and the variance along it; `None` for fewer than three points.
     pub(crate) fn flattest(&self, fixed: Fixed) -> Option<(Vector3<f64>, f64)> {
         if self.count < 3 {

@@ -7,13 +7,16 @@ use crate::fixed::Fixed;
 use crate::moments::Moments;
 use crate::parallel::map_chunks;
 use crate::sample::{mix, sample};
-use crate::{Bounds, Point};
+use crate::{Bounds, Point, thread_count};
 
 /// Hypotheses are scored on this many points, drawn once: the score's standard error is under one
 /// per cent of the points, and the sample stays in the cache.
 const SCORED: usize = 4096;
 const BLOCK: usize = 256;
 const CHUNK: usize = 1 << 14;
+/// Tried at least, whatever the support; and the chance taken of missing the best plane.
+const LEAST_HYPOTHESES: u32 = 100;
+const MISSED: f64 = 1e-6;
 /// Rounds of refitting to all inliers; the set of inliers settles in two or three.
 const REFITS: usize = 8;
 
@@ -53,7 +56,7 @@ pub struct Cone {
 pub struct Settings {
     /// A point this near to the plane supports it.
     pub threshold_m: f64,
-    /// Planes through three random points that are tried.
+    /// Planes through three random points that are tried, at most.
     pub hypotheses: u32,
     /// Where given, only planes with such a normal are considered.
     pub cone: Option<Cone>,
@@ -95,13 +98,17 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
 
 fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
     let mut best: Option<(f64, Plane)> = None;
-    for i in 0..settings.hypotheses {
-        let Some(plane) = hypothesis(drawn, settings, u64::from(i)) else { continue };
+    let (mut i, mut enough) = (0, settings.hypotheses);
+    while i < enough {
+        let plane = hypothesis(drawn, settings, u64::from(i));
         let bound = best.map_or(f64::INFINITY, |(cost, _)| cost);
-        let cost = msac(drawn, &plane, settings.threshold_m, bound);
-        if cost < bound {
+        let cost = plane.map_or(bound, |p| msac(drawn, &p, settings.threshold_m, bound));
+        if let Some(plane) = plane.filter(|_| cost < bound) {
             best = Some((cost, plane));
+            let further = still_needed(drawn, &plane, settings.threshold_m);
+            enough = i.saturating_add(further).max(LEAST_HYPOTHESES).min(settings.hypotheses);
         }
+        i += 1;
     }
     let reason = if settings.cone.is_some() {
         "no plane within the admissible tilt goes through the points"
@@ -109,6 +116,13 @@ fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
         "all points lie on one line: a plane needs points off it"
     };
     best.map(|(_, plane)| plane).ok_or(Error::Degenerate(reason))
+}
+
+/// Further hypotheses until one free of outliers was among them, if none supports more points.
+fn still_needed(drawn: &[Point], plane: &Plane, threshold_m: f64) -> u32 {
+    let on = drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).count();
+    let clean = (on as f64 / drawn.len() as f64).powi(3);
+    (MISSED.ln() / (-clean).ln_1p()).ceil().min(f64::from(u32::MAX)) as u32
 }
 
 /// The plane through three points drawn for hypothesis `i`; `None` where they are (nearly) on one
@@ -161,7 +175,7 @@ fn msac(drawn: &[Point], plane: &Plane, threshold_m: f64, bound: f64) -> f64 {
 /// The least-squares plane of all points near `plane`; `None` where the fit leaves the cone.
 fn refit(points: &[Point], plane: &Plane, fixed: Fixed, settings: &Settings) -> Option<Plane> {
     let near = |p: &&Point| plane.height(p).abs() <= settings.threshold_m;
-    let parts = map_chunks(points.len(), CHUNK, settings.threads, |range| {
+    let parts = map_chunks(points.len(), CHUNK, thread_count(settings.threads), |range| {
         Moments::of(points[range].iter().filter(near), fixed)
     });
     let moments = parts.iter().fold(Moments::default(), Moments::merge);

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 use crate::error::{Error, Result};
 use crate::parallel::fill_chunks;
-use crate::{Bounds, Point};
+use crate::{Bounds, Point, thread_count};
 
 const CHUNK: usize = 1 << 14;
 /// Sine of an angle to the z axis below which there is no turn to make.
@@ -22,7 +22,8 @@ pub type Rotation = [[f64; 3]; 3];
 ///
 /// A normal of length zero or with non-finite components.
 pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
-    let unit = Unit::try_new(Vector3::from(normal), f64::MIN_POSITIVE)
+    let normal = Vector3::from(normal);
+    let unit = Unit::try_new(normal / normal.amax(), 0.0)
         .filter(|unit| unit.iter().all(|v| v.is_finite()))
         .ok_or(Error::Degenerate("a normal needs finite components that are not all zero"))?;
     let across = unit.cross(&Vector3::z());
@@ -61,7 +62,7 @@ pub(crate) fn hull_area(points: &[Point]) -> f64 {
 pub fn rotate(points: &[Point], rotation: &Rotation, threads: usize) -> Vec<Point> {
     let mut out = points.to_vec();
     let dot = |row: &[f64; 3], p: &Point| row[0] * p[0] + row[1] * p[1] + row[2] * p[2];
-    fill_chunks(&mut out, CHUNK, threads, |_, piece| {
+    fill_chunks(&mut out, CHUNK, thread_count(threads), |_, piece| {
         piece.iter_mut().for_each(|p| *p = std::array::from_fn(|k| dot(&rotation[k], p)));
     });
     out
@@ -109,15 +110,30 @@ fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
 
 /// The points that can be on the hull: none inside the octagon of the outermost points is.
 fn outer(points: &[Point]) -> Vec<[f64; 2]> {
-    let turn = |k: u32| (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
-    let along = |p: &Point, (sin, cos): (f64, f64)| cos * p[0] + sin * p[1];
-    let farthest =
-        |k: u32| points.iter().max_by(|a, b| along(a, turn(k)).total_cmp(&along(b, turn(k))));
-    let corners: Vec<[f64; 2]> = (0..8).filter_map(farthest).map(|p| [p[0], p[1]]).collect();
-    let inside = |p: [f64; 2]| {
-        corners.iter().zip(corners.iter().cycle().skip(1)).all(|(&a, &b)| turns_left(a, b, p))
-    };
+    let mut corners = farthest(points);
+    corners.dedup(); // a side of no length has no inside
+    let sides: Vec<_> =
+        corners.iter().copied().zip(corners.iter().copied().cycle().skip(1)).collect();
+    let inside = |p: [f64; 2]| sides.iter().all(|&(a, b)| turns_left(a, b, p));
     points.iter().map(|p| [p[0], p[1]]).filter(|&p| !inside(p)).collect()
+}
+
+/// The points that lie farthest in eight directions, counter-clockwise from +x.
+fn farthest(points: &[Point]) -> Vec<[f64; 2]> {
+    let Some(first) = points.first() else { return Vec::new() };
+    let along = |p: &Point| [p[0], p[0] + p[1], p[1], p[1] - p[0]];
+    let mut most = [(along(first), [first; 4]), (along(first), [first; 4])];
+    for p in points {
+        for (k, value) in along(p).into_iter().enumerate() {
+            if value > most[0].0[k] {
+                (most[0].0[k], most[0].1[k]) = (value, p);
+            }
+            if value < most[1].0[k] {
+                (most[1].0[k], most[1].1[k]) = (value, p);
+            }
+        }
+    }
+    most.iter().flat_map(|(_, ends)| ends).map(|p| [p[0], p[1]]).collect()
 }
 
 fn rows(matrix: &Matrix3<f64>) -> Rotation {

@@ -1,6 +1,8 @@
 //! Random draws that depend on a seed and on the points, never on their order.
 
-use crate::Point;
+use crate::fixed::Fixed;
+use crate::moments::Moments;
+use crate::{Bounds, Point};
 
 /// A 64-bit mix of good quality (the finaliser of SplitMix64).
 #[must_use]
@@ -11,18 +13,17 @@ pub(crate) fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn key(seed: u64, p: &Point) -> u64 {
-    // + 0.0 turns -0.0 into 0.0: equal points get equal keys.
-    p.iter().fold(mix(seed), |hash, v| mix(hash ^ (v + 0.0).to_bits()))
-}
+/// Shells of distance from the middle, in a root mean square distance.
+const SHELLS: f64 = (1u64 << 20) as f64;
 
 /// Up to `count` of `points`, drawn at random and in random order.
 ///
-/// Each point's place follows from its coordinates and `seed` alone, so a shuffled cloud gives
-/// the same sample.
+/// A point's place follows from `seed` and from its distance to the middle of the cloud, as a
+/// multiple of the root mean square of all distances: a cloud that is shuffled, moved, turned or
+/// scaled gives the same sample, but for a few points that rounding puts into another shell.
 #[must_use]
 pub fn sample(points: &[Point], count: usize, seed: u64) -> Vec<Point> {
-    let keys: Vec<u64> = points.iter().map(|p| key(seed, p)).collect();
+    let keys = keys(points, seed);
     let mut drawn = lowest(&keys, count);
     let by_place = |a: &u32, b: &u32| {
         let (p, q) = (points[*a as usize], points[*b as usize]);
@@ -31,6 +32,22 @@ pub fn sample(points: &[Point], count: usize, seed: u64) -> Vec<Point> {
     drawn.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| by_place(&a.1, &b.1)));
     drawn.truncate(count);
     drawn.into_iter().map(|(_, i)| points[i as usize]).collect()
+}
+
+fn keys(points: &[Point], seed: u64) -> Vec<u64> {
+    let largest = Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest());
+    let fixed = Fixed::new(largest, points.len());
+    let moments = Moments::of(points, fixed);
+    if moments.count() == 0 {
+        return Vec::new();
+    }
+    let middle = moments.mean(fixed);
+    let per_metre = SHELLS / moments.spread(fixed).max(f64::MIN_POSITIVE);
+    let shell = |p: &Point| {
+        let square: f64 = (0..3).map(|k| (p[k] - middle[k]).powi(2)).sum();
+        (square.sqrt() * per_metre) as u64
+    };
+    points.iter().map(|p| mix(mix(seed) ^ shell(p))).collect()
 }
 
 /// The `count` lowest keys and few more, each with its index.
@@ -52,6 +69,18 @@ fn lowest(keys: &[u64], count: usize) -> Vec<(u64, u32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_moved_turned_or_scaled_cloud_gives_the_same_sample() {
+        let wave = |i: i32| f64::from(i * i % 9973);
+        let points: Vec<Point> =
+            (0..5000).map(|i| [wave(i), wave(i + 7), wave(3 * i + 1)]).collect();
+        let moved = |p: &Point| [0.5 * (7e5 - p[1]), 0.5 * (5e6 + p[0]), 0.5 * p[2]];
+        let there: Vec<Point> = points.iter().map(moved).collect();
+        let here: Vec<Point> = sample(&points, 500, 3).iter().map(moved).collect();
+        let same = sample(&there, 500, 3).iter().filter(|p| here.contains(p)).count();
+        assert!(same >= 495, "{same}");
+    }
 
     #[test]
     fn a_shuffled_cloud_gives_the_same_sample() {

@@ -3,6 +3,7 @@
 //! All default lengths follow from here, so a heap of 10 cm and a stockpile of 30 m are measured
 //! with the same settings.
 
+use std::cmp::Ordering;
 use std::num::NonZero;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -12,7 +13,7 @@ use crate::fixed::Fixed;
 use crate::moments::Moments;
 use crate::parallel::map_chunks;
 use crate::sample::sample;
-use crate::{Bounds, Point};
+use crate::{Bounds, Point, thread_count};
 
 /// Positions whose neighbourhood is looked at.
 const SURVEYED: usize = 2000;
@@ -35,7 +36,8 @@ pub struct Normal {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
     /// Typical distance between neighbouring points: the step of a square grid, about
-    /// 1.1 / √(points per m²) on a random surface, twice the step of a line.
+    /// 1.1 / √(points per m²) on a random surface, twice the step of a line; rounded to a
+    /// sixteenth of a factor of two, but on a regular raster.
     pub spacing_m: f64,
     /// Typical distance of a point from the plane through its neighbours.
     pub roughness_m: f64,
@@ -44,6 +46,8 @@ pub struct Survey {
 }
 
 struct Neighborhood {
+    /// Whether some of the neighbours share a position.
+    crowded: bool,
     spacing_m: f64,
     surface: Option<(Normal, f64)>,
 }
@@ -57,28 +61,42 @@ struct Neighborhood {
 ///
 /// Fewer than five distinct positions.
 pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
-    let mut positions = sample(points, points.len(), seed);
-    positions.dedup();
-    let too_few = Error::TooFewPoints {
-        what: "a point spacing (duplicates count once)",
-        given: positions.len(),
-        needed: SPACING_NEIGHBOR + 1,
+    let seen = match neighborhoods(points, seed, threads)? {
+        seen if seen.iter().any(|n| n.crowded) => neighborhoods(&distinct(points), seed, threads)?,
+        seen => seen,
     };
-    if positions.len() <= SPACING_NEIGHBOR {
-        return Err(too_few);
-    }
-    let tree = ImmutableKdTree::<f64, 3>::new_from_slice(&positions).map_err(|_| too_few)?;
-    let fixed = Fixed::new(Bounds::of(positions.iter().copied()).map_or(0.0, |b| b.largest()), 32);
-    let look = |p: &Point| look(*p, &nearest(&tree, &positions, p), fixed);
-    let parts = map_chunks(SURVEYED.min(positions.len()), CHUNK, threads, |range| {
-        positions[range].iter().map(look).collect::<Vec<_>>()
-    });
-    let seen: Vec<Neighborhood> = parts.into_iter().flatten().collect();
     Ok(Survey {
-        spacing_m: median(seen.iter().map(|n| n.spacing_m).collect()),
-        roughness_m: median(seen.iter().filter_map(|n| Some(n.surface?.1)).collect()),
+        spacing_m: typical(seen.iter().map(|n| n.spacing_m).collect()),
+        roughness_m: typical(seen.iter().filter_map(|n| Some(n.surface?.1)).collect()),
         normals: seen.iter().filter_map(|n| Some(n.surface?.0)).collect(),
     })
+}
+
+fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neighborhood>> {
+    let too_few = Error::TooFewPoints {
+        what: "a point spacing (duplicates count once)",
+        given: points.len(),
+        needed: SPACING_NEIGHBOR + 1,
+    };
+    if points.len() <= SPACING_NEIGHBOR {
+        return Err(too_few);
+    }
+    let tree = ImmutableKdTree::<f64, 3>::new_from_slice(points).map_err(|_| too_few)?;
+    let fixed = Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), 32);
+    let asked = sample(points, SURVEYED, seed);
+    let look = |p: &Point| look(*p, &nearest(&tree, points, p), fixed);
+    let parts = map_chunks(asked.len(), CHUNK, thread_count(threads), |range| {
+        asked[range].iter().map(look).collect::<Vec<_>>()
+    });
+    Ok(parts.into_iter().flatten().collect())
+}
+
+/// Every position once.
+fn distinct(points: &[Point]) -> Vec<Point> {
+    let mut positions = points.to_vec();
+    positions.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+    positions.dedup();
+    positions
 }
 
 /// The spacing of [`survey`] alone.
@@ -103,16 +121,28 @@ fn look(at: Point, near: &[(f64, Point)], fixed: Fixed) -> Neighborhood {
     let surface = flattest
         .filter(|_| near.len() == NEIGHBORS.get())
         .map(|(normal, variance)| (Normal { at, normal: normal.into() }, variance.sqrt()));
-    Neighborhood { spacing_m, surface }
+    let crowded = near.iter().enumerate().any(|(i, a)| near[..i].iter().any(|b| a.1 == b.1));
+    Neighborhood { crowded, spacing_m, surface }
 }
 
-/// The lower median; 0 where there is nothing.
-fn median(mut values: Vec<f64>) -> f64 {
+/// Steps to a factor of two on the scale of typical lengths.
+const STEPS: f64 = 16.0;
+/// Lengths of a regular raster differ by rounding alone.
+const REGULAR: f64 = 1e-6;
+
+/// The median: as it is on a regular raster, else the nearest of sixteen lengths in a factor of
+/// two, so that chance does not reach the size of a cell. 0 where there is nothing.
+fn typical(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
-    let middle = (values.len() - 1) / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    values.sort_unstable_by(f64::total_cmp);
+    let part = |of: usize, all: usize| values[(values.len() - 1) * of / all];
+    let median = part(1, 2);
+    if part(3, 5) - part(2, 5) <= REGULAR * median {
+        return median;
+    }
+    ((median.log2() * STEPS).round() / STEPS).exp2()
 }
 
 #[cfg(test)]

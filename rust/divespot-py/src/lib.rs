@@ -30,6 +30,8 @@ mod _native {
     #[pymodule_export]
     use crate::plane::{align_to_rectangle, fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
+    use crate::points::seen;
+    #[pymodule_export]
     use crate::voxel::voxel_downsample;
 
     #[pymodule_export]

@@ -1,10 +1,7 @@
 //! NumPy arrays in and out.
 
 use divespot_core::{Bounds, Cloud, Point};
-use numpy::ndarray::ArrayView2;
-use numpy::{
-    Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::errors::DivespotError;
@@ -18,33 +15,49 @@ pub(crate) type Rows<'py> = Bound<'py, PyArray2<f64>>;
 /// Beyond this, coordinates near the origin would lose their micrometres.
 const LARGEST_EXTENT: f64 = 1e9;
 
-/// The finite points of an `(n, 3)` array and the number of its rows.
+/// Calls `make(count, row)` with the rows of an `(n, 3)` array of either dtype and any strides.
 ///
 /// They are copied while attached to the interpreter: another thread may write to the array as
 /// soon as the kernel runs detached.
+macro_rules! copied {
+    ($points:expr, $make:path) => {
+        if let Ok(array) = $points.extract::<PyReadonlyArray2<'_, f64>>() {
+            copied!(rows array.as_array(), $make)
+        } else if let Ok(array) = $points.extract::<PyReadonlyArray2<'_, f32>>() {
+            copied!(rows array.as_array(), $make)
+        } else {
+            None
+        }
+    };
+    (rows $rows:expr, $make:path) => {{
+        let rows = $rows;
+        let count = rows.nrows();
+        if rows.ncols() != 3 || u32::try_from(count).is_err() {
+            None
+        } else if let Some((flat, _)) = rows.as_slice().map(<[_]>::as_chunks::<3>) {
+            Some(($make(count, |i| flat[i].map(Into::into)), count))
+        } else {
+            Some(($make(count, |i| std::array::from_fn(|k| rows[[i, k]].into())), count))
+        }
+    }};
+}
+
+/// The finite points of an `(n, 3)` array and the number of its rows.
 pub(crate) fn cloud(points: &Bound<'_, PyAny>) -> PyResult<(Cloud, usize)> {
-    let (cloud, count) = if let Ok(array) = points.extract::<PyReadonlyArray2<'_, f64>>() {
-        copy(array.as_array())
-    } else if let Ok(array) = points.extract::<PyReadonlyArray2<'_, f32>>() {
-        copy(array.as_array())
-    } else {
-        None
-    }
-    .ok_or_else(|| wrong_array(points))?;
+    let (cloud, count) = copied!(points, Cloud::new).ok_or_else(|| wrong_array(points))?;
     check_extent(&cloud)?;
     Ok((cloud, count))
 }
 
-fn copy<T: Element + Copy + Into<f64>>(rows: ArrayView2<'_, T>) -> Option<(Cloud, usize)> {
-    let count = rows.nrows();
-    if rows.ncols() != 3 || u32::try_from(count).is_err() {
-        return None;
-    }
-    let cloud = match rows.as_slice().map(<[T]>::as_chunks::<3>) {
-        Some((flat, _)) => Cloud::new(count, |i| flat[i].map(Into::into)),
-        None => Cloud::new(count, |i| std::array::from_fn(|k| rows[[i, k]].into())),
-    };
-    Some((cloud, count))
+/// Points near their origin, the origin, and the numbers of non-finite and of zero rows.
+type SeenParts<'py> = (Rows<'py>, (f64, f64, f64), usize, usize);
+
+#[pyfunction]
+pub(crate) fn seen<'py>(py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<SeenParts<'py>> {
+    let (seen, _) = copied!(points, Cloud::seen).ok_or_else(|| wrong_array(points))?;
+    check_extent(&seen.cloud)?;
+    let origin = seen.cloud.origin.into();
+    Ok((rows(py, seen.cloud.points)?, origin, seen.nonfinite, seen.zero))
 }
 
 fn wrong_array(points: &Bound<'_, PyAny>) -> PyErr {

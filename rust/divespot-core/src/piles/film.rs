@@ -8,7 +8,7 @@ const PULL: f64 = 0.2;
 const RELAXATION: f64 = 1.85;
 /// Sweeps at most, and the change a sweep, in parts of the largest height, that ends them.
 const SWEEPS: usize = 1000;
-const SETTLED: f64 = 1e-6;
+const SETTLED: f64 = 1e-5;
 
 /// A film stretched between heights that it need not quite meet: it averages their noise, follows
 /// their waves, and crosses gaps as a soap film would.
@@ -63,9 +63,9 @@ impl Film {
     /// Moves every node towards its balance; the largest move.
     fn sweep(&mut self, data: &[Data]) -> f64 {
         let mut largest = 0.0_f64;
-        for node in 0..self.heights_m.len() {
+        for (node, data) in data.iter().enumerate() {
             let (sum, count) = self.neighbors(node).fold((0.0, 0.0), |(s, n), h| (s + h, n + 1.0));
-            let balance = (sum + data[node].sum) / (count + data[node].weight);
+            let balance = (sum + data.sum) / (count + data.weight);
             let step = RELAXATION * (balance - self.heights_m[node]);
             self.heights_m[node] += step;
             largest = largest.max(step.abs());
