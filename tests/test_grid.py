@@ -127,7 +127,7 @@ def test_a_cell_must_be_above_nought(cell_m: float) -> None:
 
 
 def test_more_cells_than_fit_are_refused() -> None:
-    with pytest.raises(DivespotError, match=r"grid of .* cells .* cell_m must be larger"):
+    with pytest.raises(DivespotError, match=r"grid of .* cells: a larger cell_m, .* is needed"):
         divespot.height_map(CASES["far stray"], 0.1)
 
 

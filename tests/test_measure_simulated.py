@@ -63,7 +63,6 @@ def test_a_shape_at_full_density() -> None:
         ("grain-2m", 0.02),
         ("strays", 0.03),
         ("wavering-floor", 0.03),
-        ("stepped-floor", 0.08),
     ],
 )
 def test_other_frames_sizes_and_floors_need_no_option(name: str, within: float) -> None:

@@ -24,6 +24,11 @@ def test_a_cardboard_box_before_a_tilted_camera(real_scan: Find) -> None:
     assert report.ground.tilt_deg > 30
 
 
+def test_a_stockpile_on_a_yard(real_scan: Find) -> None:
+    report = divespot.measure(real_scan("uav_pile_id10_crop.npy"))
+    assert 75 <= report.piles[0].volume_m3 <= 92
+
+
 def test_pixels_without_a_depth_are_no_ground(real_scan: Find) -> None:
     report = divespot.measure(real_scan("livox_full_bin_with_zero_points.ply"))
     assert report.source.points == 360_270
