@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from divespot.cli.failure import Failure
-from divespot.cli.measure import run, show
+from divespot.cli.measure import run, show, show_warnings
 from divespot.cli.screen import stdout_console
 from divespot.cli.simulate import simulated
 
@@ -63,8 +63,9 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
     taken = simulated(shape, seed, density)
     scan, picture = folder / f"{shape}.ply", folder / f"{shape}.png"
     write(scan, taken.points)
-    report = run(scan, Settings())
+    report = run(scan, Settings(unit="m"))
     save_picture(report, picture, truth_m3=taken.volume_m3)
+    show_warnings(report)
     show(report)
     click.echo()
     console = stdout_console()

@@ -95,8 +95,7 @@ def _measure_one(scan: str, settings: Settings, output: Output) -> bool:
     except DivespotError as error:
         Failure(_named(scan, str(error))).show()
         return False
-    for warning in report.warnings:
-        click.echo(f"divespot: {_named(scan, f'warning: {warning}')}", err=True)
+    show_warnings(report)
     output.write(report)
     return True
 
@@ -120,6 +119,12 @@ def show(report: Report) -> None:
         stdout_console().print(report_table(report))
     else:
         click.echo("  no object stands on the ground\n")
+
+
+def show_warnings(report: Report) -> None:
+    """Print what a user should know before trusting the numbers, on stderr."""
+    for warning in report.warnings:
+        click.echo(f"divespot: {_file_name(report)}: warning: {warning}", err=True)
 
 
 def _file_name(report: Report) -> str:

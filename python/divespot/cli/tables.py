@@ -22,7 +22,7 @@ def report_table(report: Report) -> Table:
     weighed = any(item.mass_kg is not None for item in items)
     table = plain_table("", f"volume {unit}", "footprint m²", "height m", "seen")
     if weighed:
-        table.add_column("mass kg", justify="right")
+        table.add_column("mass kg", justify="right", no_wrap=True)
     table.add_column("remarks")
     for pile in report.piles:
         table.add_row(f"pile {pile.id}", *_cells(pile, per_m3, weighed=weighed))
