@@ -8,6 +8,7 @@ RUST := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.loc
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_QUIET := 1
 
 .PHONY: build demo test test-rust test-python check lint-rust lint-python bench clean
 
@@ -24,7 +25,7 @@ build: $(VENV)/built
 $(VENV)/made:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1' 'maturin>=1.9.4,<2'
+	$(BIN)/python -m pip install --upgrade 'pip>=25.1' 'maturin>=1.9.4,<2'
 	touch $@
 
 $(VENV)/built: $(VENV)/made $(RUST) pyproject.toml

@@ -68,7 +68,7 @@ def chosen_settings(ctx: click.Context) -> Settings:
         if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
     }
     try:
-        return dataclasses.replace(PRESETS[ctx.params["preset"]](), **changes)
+        return PRESETS[ctx.params["preset"]]().changed(**changes)
     except DivespotError as error:
         raise click.UsageError(str(error), ctx) from None
 
