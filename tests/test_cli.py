@@ -38,7 +38,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "scene_cluster": (["--scene-cluster"], True),
     "voxel_m": (["--voxel-m", "auto"], None),
     "plane_threshold_m": (["--plane-threshold-m", "0.02"], 0.02),
-    "hypotheses": (["--hypotheses", "500"], 500),
+    "hypotheses": (["--hypotheses", "321"], 321),
     "cell_m": (["--cell-m", "0.05"], 0.05),
     "bin_m": (["--bin-m", "0.004"], 0.004),
     "window": (["--window", "3"], 3),
