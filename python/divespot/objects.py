@@ -12,7 +12,7 @@ import numpy as np
 from divespot import _native
 from divespot.clusters import find_clusters
 from divespot.kernels import ground_height, radius_outlier_mask
-from divespot.report import Budget, Pile
+from divespot.report import Budget, Outline, Pile
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -129,11 +129,19 @@ def describe(
     objects: list[_native.RawObject], cloud: Cloud, pose: Pose, settings: Settings
 ) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
     """Return piles and other objects, each largest first, placed in the scan's own frame."""
-    found = sorted(objects, key=lambda o: o.fill_m3 - o.cut_m3)
-    described = [_pile(item, cloud, pose, settings) for item in found]
+    described = [_pile(item, cloud, pose, settings) for item in _largest_first(objects)]
     piles = [item for item in described if item.reason is None]
     others = [item for item in described if item.reason is not None]
     return _numbered(piles), _numbered(others)
+
+
+def outlines(objects: list[_native.RawObject]) -> tuple[Outline, ...]:
+    """Return the outlines in the level frame, in the order of `describe`."""
+    return tuple(Outline(tuple(o.outline_m), o.reason) for o in _largest_first(objects))
+
+
+def _largest_first(objects: list[_native.RawObject]) -> list[_native.RawObject]:
+    return sorted(objects, key=lambda o: o.fill_m3 - o.cut_m3)
 
 
 def _numbered(items: list[Pile]) -> tuple[Pile, ...]:

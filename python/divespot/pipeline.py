@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.grid import height_map
 from divespot.intake import crop, load
-from divespot.objects import describe, doubts, find_ground, find_objects, measure_objects
+from divespot.objects import (
+    describe,
+    doubts,
+    find_ground,
+    find_objects,
+    measure_objects,
+    outlines,
+)
 from divespot.pose import find_pose, ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
@@ -79,5 +86,5 @@ def measure(
         settings=s,
         timings_s=run.timings_s,
         warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points), s)),
-        level=Level(grid, ground.height_m, {o.label: tuple(o.outline_m) for o in objects}),
+        level=Level(grid, ground.height_m, outlines(objects)),
     )

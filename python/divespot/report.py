@@ -108,12 +108,20 @@ class Ground:
 
 
 @dataclass(frozen=True)
+class Outline:
+    """The outline of an object in the level frame, and why it is no pile; None for a pile."""
+
+    corners_m: tuple[Position, ...]
+    reason: str | None
+
+
+@dataclass(frozen=True)
 class Level:
-    """The levelled scene, for pictures: its height map, ground and outlines in the level frame."""
+    """The levelled scene, for pictures: height map, ground, outlines in the report's order."""
 
     height_map: HeightMap
     ground_m: float
-    outlines_m: Mapping[int, tuple[Position, ...]]
+    outlines: tuple[Outline, ...]
 
 
 @dataclass(frozen=True)
@@ -154,9 +162,12 @@ class Report:
             "warnings": list(self.warnings),
         }
 
-    def to_json(self) -> str:
-        """Return the report as one JSON object; what is not a number is null."""
-        return json.dumps(_finite(self.to_dict()), indent=1, allow_nan=False)
+    def to_json(self, *, indent: int | None = 1) -> str:
+        """Return the report as one JSON object, on one line if `indent` is None.
+
+        What is not a number is null.
+        """
+        return json.dumps(_finite(self.to_dict()), indent=indent, allow_nan=False)
 
 
 def _without_reason(pile: Pile) -> dict[str, Any]:

@@ -1,0 +1,61 @@
+# make demo · make test · make check · make bench · make clean
+# Needed beforehand: Python 3.10 or newer (PYTHON names another one) and a Rust toolchain.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RUST := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_QUIET := 1
+
+.PHONY: build demo test test-rust test-python check lint-rust lint-python bench clean
+
+demo: build
+	$(BIN)/python -m divespot demo
+
+test: test-rust test-python
+
+check: lint-rust test-rust lint-python test-python
+
+build: $(VENV)/built
+
+# maturin installs the dependency groups too, which needs pip 25.1.
+$(VENV)/made:
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed")'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --upgrade 'pip>=25.1' 'maturin>=1.9.4,<2'
+	touch $@
+
+$(VENV)/built: $(VENV)/made $(RUST) pyproject.toml
+	$(BIN)/python -m maturin develop --release --extras plot --group dev --quiet
+	touch $@
+
+test-rust:
+	cargo test --package divespot-core --quiet
+
+test-python: build
+	$(BIN)/python -m pytest -W error
+
+lint-rust: $(VENV)/made
+	@if cargo fmt --version >/dev/null 2>&1; then echo cargo fmt --check; cargo fmt --all --check; \
+	else echo 'NOT CHECKED: the format of Rust (rustup component add rustfmt)'; fi
+	@if cargo clippy --version >/dev/null 2>&1; then echo cargo clippy; \
+	PYO3_PYTHON="$(VIRTUAL_ENV)/bin/python" cargo clippy --workspace --all-targets --quiet -- -D warnings; \
+	else echo 'NOT CHECKED: the lints of Rust (rustup component add clippy)'; fi
+
+lint-python: build
+	$(BIN)/python -m ruff check --no-cache
+	$(BIN)/python -m ruff format --no-cache --check
+	$(BIN)/python -m mypy
+	$(BIN)/python -m mypy.stubtest divespot._native
+
+bench: build
+	cargo bench --package divespot-benches
+	$(BIN)/python benches/rivals.py
+
+clean:
+	rm -rf $(VENV) target dist divespot-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -f python/divespot/_native*.so
+	find python tests benches -name __pycache__ -prune -exec rm -rf {} +

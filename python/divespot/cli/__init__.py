@@ -1,0 +1,26 @@
+"""The command line.
+
+Exit status: 0 measured (also when no pile was found), 1 bad input, 2 wrong usage, 130 Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import click
+
+from divespot import __version__
+from divespot.cli.demo import demo
+from divespot.cli.failure import Guarded
+from divespot.cli.measure import measure
+from divespot.cli.simulate import simulate
+
+__all__ = ["main"]
+
+
+@click.group(cls=Guarded, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="divespot", message="%(prog)s %(version)s")
+def main() -> None:
+    """Measure the volume of each pile in a point cloud, with its uncertainty."""
+
+
+for command in (measure, simulate, demo):
+    main.add_command(command)

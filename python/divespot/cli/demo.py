@@ -1,0 +1,99 @@
+"""``divespot demo``: a scan of known volume, measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from divespot.cli.failure import Failure
+from divespot.cli.measure import run, show, show_warnings
+from divespot.cli.screen import stdout_console
+from divespot.cli.simulate import simulated
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from divespot.report import Report
+
+
+@click.command()
+@click.option(
+    "--out",
+    type=click.Path(),
+    default="divespot-demo",
+    show_default=True,
+    metavar="DIR",
+    help="folder for the scan and the picture",
+)
+@click.option(
+    "--shape",
+    default="three-piles",
+    show_default=True,
+    metavar="NAME",
+    help="scene to simulate; `divespot simulate --list` names them",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="seed of the simulation",
+)
+@click.option(
+    "--density",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="points wanted, relative to the scene's own",
+)
+def demo(out: str, shape: str, seed: int, density: float) -> None:
+    """Simulate a scan of known volume, measure it, and compare.
+
+    Prints truth against estimate and the time of each stage, and draws the height map with the
+    piles' outlines beside the height histogram.
+    """
+    from divespot.cli.tables import times_table  # noqa: PLC0415 - slow to import
+    from divespot.io import write  # noqa: PLC0415 - slow to import
+    from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
+    from divespot.settings import Settings  # noqa: PLC0415
+
+    folder = _folder(out)
+    taken = simulated(shape, seed, density)
+    scan, picture = folder / f"{shape}.ply", folder / f"{shape}.png"
+    write(scan, taken.points)
+    report = run(scan, Settings(unit="m"))
+    save_picture(report, picture, truth_m3=taken.volume_m3)
+    show_warnings(report)
+    show(report)
+    click.echo()
+    console = stdout_console()
+    console.print(_comparison(report, taken.volumes_m3))
+    click.echo()
+    console.print(times_table(report.timings_s, report.source.points))
+    click.echo(f"\npicture: {click.format_filename(picture)}")
+
+
+def _folder(out: str) -> Path:
+    folder = Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        name = click.format_filename(folder)
+        raise Failure(f"{name}: no such folder can be made ({error.strerror})") from None
+    return folder
+
+
+def _comparison(report: Report, volumes_m3: tuple[float, ...]) -> Table:
+    from divespot.cli.tables import plain_table  # noqa: PLC0415 - slow to import
+    from divespot.numbers import rounded, volume_unit, with_uncertainty  # noqa: PLC0415
+
+    truth_m3, total = sum(volumes_m3), report.total
+    unit, per_m3 = volume_unit(max(truth_m3, total.volume_m3))
+    measured = with_uncertainty(per_m3 * total.volume_m3, per_m3 * total.u95_m3)
+    error = f"{total.volume_m3 / truth_m3 - 1:+.2%}" if truth_m3 else "-"
+    table = plain_table("", "truth", "measured", "error")
+    table.add_row("piles", str(len(volumes_m3)), str(len(report.piles)), "")
+    table.add_row(f"volume {unit}", rounded(per_m3 * truth_m3, 5), measured, error)
+    return table

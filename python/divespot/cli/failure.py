@@ -1,0 +1,41 @@
+"""How a command fails: one line on stderr and an exit status, never a traceback."""
+
+from __future__ import annotations
+
+from typing import IO, Any
+
+import click
+
+from divespot.errors import DivespotError
+
+#: What shells report of a process that Ctrl-C ended: 128 + SIGINT.
+INTERRUPTED = 130
+
+
+class Failure(click.ClickException):
+    """Bad input: ``divespot: <sentence>`` on stderr, exit 1."""
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        """Print the line."""
+        click.echo(f"divespot: {' '.join(self.message.split())}", file=file, err=file is None)
+
+
+class Guarded(click.Group):
+    """A group whose commands fail as `Failure`, whatever bad input did to them."""
+
+    def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - what a command returns
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except DivespotError as error:
+            raise Failure(str(error)) from None
+        except click.FileError as error:
+            raise Failure(error.format_message()) from None
+        except BrokenPipeError:
+            raise  # click ends quietly: nobody reads any more
+        except OSError as error:
+            raise Failure(str(error)) from None
+        except MemoryError:
+            raise Failure("there is too little memory for this scan") from None
+        except KeyboardInterrupt:
+            ctx.exit(INTERRUPTED)

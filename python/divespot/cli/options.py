@@ -1,0 +1,113 @@
+"""One option for each setting, made from the settings themselves, so that both stay the same."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+from click.core import ParameterSource
+
+from divespot.errors import DivespotError
+from divespot.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+PRESETS: dict[str, Callable[[], Settings]] = {"default": Settings, "paper": Settings.paper}
+FIELDS = {item.name: item for item in dataclasses.fields(Settings)}
+_METAVARS = {"_kg_m3": "KG/M3", "_deg": "DEGREES", "_m": "METRES"}
+
+
+def metres_or_auto(text: str) -> float | None:
+    """Return a number of metres; None, which is derived from the scan, for ``auto``."""
+    if text == "auto":
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise click.BadParameter(f"{text!r} is neither a number of metres nor auto") from None
+
+
+def corners(text: str) -> tuple[float, ...]:
+    """Return numbers separated by commas; the setting checks how many."""
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise click.BadParameter(f"{text!r}: six numbers x0,y0,z0,x1,y1,z1 are needed") from None
+
+
+def setting_options(command: F) -> F:
+    """Add ``--preset`` and an option for each setting."""
+    for item in reversed(FIELDS.values()):
+        command = _option(item)(command)
+    preset = click.option(
+        "--preset",
+        type=click.Choice(list(PRESETS)),
+        default="default",
+        show_default=True,
+        help="settings to start from: the measuring instrument, or the paper's method",
+    )
+    return preset(command)
+
+
+def chosen_settings(ctx: click.Context) -> Settings:
+    """Return the preset's settings with the options that were given.
+
+    Raises
+    ------
+    click.UsageError
+        A value is out of range.
+
+    """
+    changes = {
+        name: ctx.params[name]
+        for name in FIELDS
+        if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
+    }
+    try:
+        return PRESETS[ctx.params["preset"]]().changed(**changes)
+    except DivespotError as error:
+        raise click.UsageError(str(error), ctx) from None
+
+
+def _option(item: dataclasses.Field[Any]) -> Callable[[F], F]:
+    flag = "--" + item.name.replace("_", "-")
+    text = f"{item.metadata['help']}  [default: {_default(item)}]"
+    if item.metadata["kind"] is bool:
+        negative = flag.replace("--", "--no-", 1)
+        return click.option(f"{flag}/{negative}", item.name, default=None, help=text)
+    return click.option(flag, item.name, type=_type(item), metavar=_metavar(item), help=text)
+
+
+def _type(item: dataclasses.Field[Any]) -> click.Choice[str] | Callable[[str], Any]:
+    kind: Callable[[str], Any] = item.metadata["kind"]
+    if "choices" in item.metadata:
+        return click.Choice(item.metadata["choices"])
+    if kind is tuple:
+        return corners
+    return metres_or_auto if _is_length(item) else kind
+
+
+def _metavar(item: dataclasses.Field[Any]) -> str | None:
+    if item.metadata["kind"] is tuple:
+        return "X0,Y0,Z0,X1,Y1,Z1"
+    if item.metadata["kind"] is not float:
+        return None
+    endings = (text for ending, text in _METAVARS.items() if item.name.endswith(ending))
+    return next(endings, "NUMBER") + ("|auto" if _is_length(item) else "")
+
+
+def _default(item: dataclasses.Field[Any]) -> str:
+    if item.default is None:
+        return "auto, derived from the scan" if _is_length(item) else "none"
+    if item.metadata["kind"] is bool:
+        return "on" if item.default else "off"
+    return f"{item.default:g}" if isinstance(item.default, float) else str(item.default)
+
+
+def _is_length(item: dataclasses.Field[Any]) -> bool:
+    """Return whether a setting is a length, which is derived from the scan where it is None."""
+    return item.metadata["kind"] is float and item.name.endswith("_m")

@@ -1,0 +1,54 @@
+"""What a terminal shows."""
+
+from __future__ import annotations
+
+import io
+import sys
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rich.console import Console
+
+#: What takes no longer needs no progress line.
+PATIENCE_S = 1.0
+
+
+def stdout_console() -> Console:
+    """Return a console that prints text as it is; file names are no markup."""
+    from rich.console import Console  # noqa: PLC0415 - slow to import, --help does without
+
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # not every terminal knows a ±
+    return Console(markup=False, highlight=False, emoji=False)
+
+
+@contextmanager
+def progress_line(task: str) -> Iterator[Callable[[str], None]]:
+    """Show ``task: stage`` on stderr once `PATIENCE_S` have passed, on a terminal only.
+
+    Yields
+    ------
+    on_stage
+        To be called with the name of each stage as it begins.
+
+    """
+    if not sys.stderr.isatty():
+        yield lambda _stage: None
+        return
+    from rich.console import Console  # noqa: PLC0415 - as above
+
+    status = Console(stderr=True, markup=False).status(task)
+    # A stage may itself take long, so time must run beside it.
+    timer = threading.Timer(PATIENCE_S, status.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield lambda stage: status.update(f"{task}: {stage}")
+    finally:
+        timer.cancel()
+        timer.join()
+        status.stop()

@@ -1,0 +1,72 @@
+"""A report as a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.table import Table
+
+from divespot.numbers import rounded, volume_unit, with_uncertainty
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from divespot.report import Pile, Report, Total
+
+
+def report_table(report: Report) -> Table:
+    """Return a row for each pile, their total, and a row for each other object."""
+    items = (*report.piles, *report.other_objects)
+    unit, per_m3 = volume_unit(max((abs(item.volume_m3) for item in items), default=1.0))
+    weighed = any(item.mass_kg is not None for item in items)
+    table = plain_table("", f"volume {unit}", "footprint m²", "height m", "seen")
+    if weighed:
+        table.add_column("mass kg", justify="right", no_wrap=True)
+    table.add_column("remarks")
+    for pile in report.piles:
+        table.add_row(f"pile {pile.id}", *_cells(pile, per_m3, weighed=weighed))
+    if len(report.piles) > 1:
+        table.add_row("total", _volume(report.total, per_m3), style="bold")
+    table.add_section()
+    for item in report.other_objects:
+        table.add_row(f"other {item.id}", *_cells(item, per_m3, weighed=weighed), style="dim")
+    return table
+
+
+def times_table(timings_s: Mapping[str, float], points: int) -> Table:
+    """Return a row for each stage, the sum and the points a second."""
+    total_s = sum(timings_s.values())
+    table = plain_table("stage", "ms", "share")
+    for stage, seconds in timings_s.items():
+        table.add_row(stage, f"{1e3 * seconds:.1f}", f"{seconds / total_s:.0%}")
+    table.add_section()
+    table.add_row("all stages", f"{1e3 * total_s:.1f}", "100%")
+    table.add_row("points per second", f"{points / total_s:,.0f}", "")
+    return table
+
+
+def plain_table(first: str, *numbers: str) -> Table:
+    """Return an empty table: a name at the left, then numbers."""
+    table = Table(box=box.SIMPLE, show_edge=False, pad_edge=False, header_style="bold")
+    table.add_column(first, no_wrap=True)
+    for name in numbers:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
+    cells = [
+        _volume(item, per_m3),
+        rounded(item.footprint_m2),
+        rounded(item.max_height_m),
+        f"{item.seen_fraction:.0%}",
+    ]
+    if weighed:
+        cells.append(with_uncertainty(item.mass_kg or 0.0, item.u95_mass_kg or 0.0))
+    runs_out = "runs out of the scan" if item.touches_edge else None
+    return [*cells, ", ".join(filter(None, (item.reason, runs_out)))]
+
+
+def _volume(item: Pile | Total, per_m3: float) -> str:
+    return with_uncertainty(per_m3 * item.volume_m3, per_m3 * item.u95_m3)

@@ -1,0 +1,54 @@
+"""What the README shows must work."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+
+import divespot
+from divespot.cli import main
+from divespot.settings import Settings
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+def test_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (example,) = blocks("python")
+    exec(compile(example, "README.md", "exec"), {})  # noqa: S102 - our own example
+    said = capsys.readouterr().out
+    assert re.match(r"pile 1: 0\.02[678]\d ± 0\.00\d\d m³\n", said)
+    assert '"schema": "divespot.report/1"' in said
+
+
+def commands() -> list[str]:
+    lines = "".join(blocks("sh")).splitlines()
+    return [line for line in lines if line.startswith("divespot ")]
+
+
+@pytest.mark.parametrize("line", commands())
+def test_command_is_understood(line: str) -> None:
+    _, name, *args = shlex.split(line, comments=True)
+    assert isinstance(main, click.Group)
+    main.commands[name].make_context(name, args)
+
+
+def test_names_exist() -> None:
+    kernels, settings = re.findall(r"\|---\|---\|\n((?:\|.*\n)+)", README)[:2]
+    for name in re.findall(r"^\| (.*?) \|", kernels, re.MULTILINE):
+        assert all(hasattr(divespot, each) for each in re.findall(r"`(\w+)`", name))
+    for name in re.findall(r"^\| (.*?) \|", settings, re.MULTILINE):
+        assert all(hasattr(Settings, each) for each in re.findall(r"`(\w+)`", name))
+
+
+def test_picture_is_small() -> None:
+    (picture,) = re.findall(r"!\[.+\]\((.+)\)", README)
+    assert 10_000 < (ROOT / picture).stat().st_size < 100_000
