@@ -1,0 +1,77 @@
+"""Compare divespot with its rivals: seconds, ratios, peak memory, and whether the answers agree.
+
+Makes its own virtual environment beside this file, installs the rivals and this divespot into it,
+and runs `contest` there.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+from contest.options import parse
+
+HERE = Path(__file__).resolve().parent
+ENVIRONMENT = HERE / ".venv-rivals"
+PYTHON = ENVIRONMENT / "bin" / "python"
+#: What every rival has wheels for.
+PYTHONS = ("3.12", "3.11", "3.10")
+#: Open3D's wheels need libusb, which not every machine has: libusb-package brings it.
+RIVALS = ("hdbscan", "fast_hdbscan", "scipy", "scikit-learn", "libusb-package")
+
+
+def main() -> int:
+    """Set up, run, return the exit status."""
+    parse()  # before minutes of installing
+    if not sys.platform.startswith("linux"):
+        raise SystemExit("rivals: peak memory is read from /proc: Linux is needed")
+    if not PYTHON.exists():
+        create()
+    install()
+    paths = {**os.environ, "PYTHONPATH": str(HERE)}
+    return subprocess.run(
+        [PYTHON, "-m", "contest", *sys.argv[1:]], env=paths, check=False
+    ).returncode
+
+
+def create() -> None:
+    """Make the environment with a Python that the rivals support."""
+    running = ".".join(map(str, sys.version_info[:2]))
+    if running in PYTHONS:
+        venv.create(ENVIRONMENT, with_pip=True)
+        return
+    found = (path for version in PYTHONS if (path := shutil.which(f"python{version}")))
+    # A version manager's launcher may stand for a version that is not installed.
+    made = any(
+        subprocess.run([path, "-m", "venv", ENVIRONMENT], check=False).returncode == 0
+        for path in found
+    )
+    if not made:
+        raise SystemExit(f"rivals: this is Python {running}: one of {', '.join(PYTHONS)} is needed")
+
+
+def install() -> None:
+    """Install the rivals once, and this divespot as it stands now."""
+    stamp = ENVIRONMENT / "rivals-installed"
+    if not stamp.exists():
+        pip("--upgrade", "pip", "maturin>=1.9.4,<2")
+        pip(*RIVALS)
+        if pip("open3d", check=False) != 0:
+            pip("open3d-cpu")
+        stamp.touch()
+    # Without isolation, so that an unchanged crate is not compiled again.
+    pip("--no-build-isolation", str(HERE.parent))
+
+
+def pip(*arguments: str, check: bool = True) -> int:
+    """Install something; return pip's exit status."""
+    command = [PYTHON, "-m", "pip", "install", "--quiet", *arguments]
+    return subprocess.run(command, check=check).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())
