@@ -10,7 +10,6 @@ import os
 import shutil
 import subprocess
 import sys
-import venv
 from pathlib import Path
 
 from contest.options import parse
@@ -41,16 +40,10 @@ def main() -> int:
 def create() -> None:
     """Make the environment with a Python that the rivals support."""
     running = ".".join(map(str, sys.version_info[:2]))
-    if running in PYTHONS:
-        venv.create(ENVIRONMENT, with_pip=True)
-        return
-    found = (path for version in PYTHONS if (path := shutil.which(f"python{version}")))
+    named = [shutil.which(f"python{version}") for version in PYTHONS]
+    pythons = [sys.executable] if running in PYTHONS else [path for path in named if path]
     # A version manager's launcher may stand for a version that is not installed.
-    made = any(
-        subprocess.run([path, "-m", "venv", ENVIRONMENT], check=False).returncode == 0
-        for path in found
-    )
-    if not made:
+    if not any(run(python, "-m", "venv", ENVIRONMENT) == 0 for python in pythons):
         raise SystemExit(f"rivals: this is Python {running}: one of {', '.join(PYTHONS)} is needed")
 
 
@@ -60,17 +53,23 @@ def install() -> None:
     if not stamp.exists():
         pip("--upgrade", "pip", "maturin>=1.9.4,<2")
         pip(*RIVALS)
-        if pip("open3d", check=False) != 0:
+        # Where there is no wheel of the one there may be one of the other.
+        if run(PYTHON, "-m", "pip", "install", "--quiet", "open3d") != 0:
             pip("open3d-cpu")
         stamp.touch()
     # Without isolation, so that an unchanged crate is not compiled again.
     pip("--no-build-isolation", str(HERE.parent))
 
 
-def pip(*arguments: str, check: bool = True) -> int:
-    """Install something; return pip's exit status."""
-    command = [PYTHON, "-m", "pip", "install", "--quiet", *arguments]
-    return subprocess.run(command, check=check).returncode
+def pip(*packages: str) -> None:
+    """Install packages, or end with what pip said."""
+    if run(PYTHON, "-m", "pip", "install", "--quiet", *packages) != 0:
+        raise SystemExit(f"rivals: {' '.join(packages)} could not be installed")
+
+
+def run(*command: str | Path) -> int:
+    """Run a command and return its exit status."""
+    return subprocess.run(command, check=False).returncode
 
 
 if __name__ == "__main__":

@@ -23,8 +23,11 @@ Printed by `python benches/rivals.py`, all from one run, on simulated scans of t
 shape-16. Programs run by turns, each in its own process with its input loaded and its code
 compiled, with as many threads as it takes by itself or can be told to take; seconds are of the
 best run. Peak memory is the first run's, above what the process held before, worker processes
-that a program starts not counted. Programs are told to do the same work and their answers are
-compared with divespot's.
+that a program starts not counted.
+
+Programs are told to do the same work and their answers are compared with divespot's. Every
+HDBSCAN meets ties, since neighbours share distances: the programs settle them each in their own
+way, and single points at the edge of a cluster differ between any two of them.
 """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import divespot
@@ -56,10 +57,15 @@ def plane(points: np.ndarray, scales: Scales) -> Task:
 
 def pipeline(points: np.ndarray, scales: Scales) -> Task:  # noqa: ARG001 - as every task
     """Measure, with nothing set."""
-    return Task(lambda: divespot.measure(points), lambda report: report.total.volume_m3)
+    return Task(lambda: divespot.measure(points), largest_pile_m3)
+
+
+def largest_pile_m3(report: divespot.Report) -> float:
+    """Return what the rival measures too."""
+    return max((pile.volume_m3 for pile in report.piles), default=math.nan)
 
 
 def paper_pipeline(points: np.ndarray, scales: Scales) -> Task:  # noqa: ARG001 - as every task
     """Measure by the paper's method, which clusters the whole scene."""
     settings = divespot.Settings.paper()
-    return Task(lambda: divespot.measure(points, settings), lambda report: report.total.volume_m3)
+    return Task(lambda: divespot.measure(points, settings), largest_pile_m3)

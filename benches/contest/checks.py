@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 def remark(outcomes: list[Outcome], cloud: Cloud) -> None:
     """Set the remark of each outcome that has an answer."""
     ours = outcomes[0].answer
+    if ours is None:
+        return
     for outcome in outcomes:
         if outcome.kernel == "pipeline" and outcome.answer is not None:
             outcome.remark = volume(outcome.answer, cloud)
