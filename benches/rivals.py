@@ -31,10 +31,7 @@ def main() -> int:
     if not PYTHON.exists():
         create()
     install()
-    paths = {**os.environ, "PYTHONPATH": str(HERE)}
-    return subprocess.run(
-        [PYTHON, "-m", "contest", *sys.argv[1:]], env=paths, check=False
-    ).returncode
+    return run(PYTHON, "-m", "contest", *sys.argv[1:])
 
 
 def create() -> None:
@@ -68,8 +65,10 @@ def pip(*packages: str) -> None:
 
 
 def run(*command: str | Path) -> int:
-    """Run a command and return its exit status."""
-    return subprocess.run(command, check=False).returncode
+    """Run a command that finds the environment's programs and `contest`; return its status."""
+    paths = os.pathsep.join([str(PYTHON.parent), os.environ["PATH"]])
+    environment = {**os.environ, "PATH": paths, "PYTHONPATH": str(HERE)}
+    return subprocess.run(command, env=environment, check=False).returncode
 
 
 if __name__ == "__main__":
