@@ -1,0 +1,1 @@
+"""A contest between divespot and other programs, each in a process of its own."""
