@@ -90,7 +90,7 @@ def test_a_floor_without_noise_is_exact() -> None:
     [
         ({"bin_m": 0.0}, "bin_m is 0: a finite number above 0 is needed"),
         ({"bin_m": "1"}, "bin_m is '1': a number is needed"),
-        ({"bin_m": 1e-12}, r"bin_m must be larger"),
+        ({"bin_m": 1e-12}, r"larger bin_m"),
         ({"window": 4}, "window is 4: an odd number of bins is needed"),
         ({"window": 2.5}, "window is 2.5: a whole number"),
         ({"rule": "best"}, "rule is 'best': 'first', 'lower' or 'midpoint' is needed"),

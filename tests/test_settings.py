@@ -29,7 +29,7 @@ def test_a_finer_scan_has_finer_cells() -> None:
     coarse, fine = divespot.measure(CONE).settings, sampled(SOLIDS["cone"], 2.0**-7)
     finer = divespot.measure(fine).settings
     assert (coarse.cell_m, finer.cell_m) == (2.0**-5, 2.0**-6)
-    assert (coarse.radius_m, finer.radius_m) == (3 * 2.0**-6, 3 * 2.0**-7)
+    assert (coarse.radius_m, finer.radius_m) == (4 * 2.0**-6, 4 * 2.0**-7)
 
 
 @pytest.mark.parametrize("name", LENGTHS)

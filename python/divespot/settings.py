@@ -113,7 +113,8 @@ class Settings:
         A length is a multiple of the point spacing; of the roughness, where the sensor's noise
         is the coarser of the two.
         """
-        spacing, roughness = survey.spacing_m, survey.roughness_m
+        spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
+        roughness = _rounded(survey.roughness_m)
         cell = 2.0 * spacing if self.cell_m is None else self.cell_m
         return self._completed(
             radius_m=4.0 * spacing,
@@ -137,6 +138,14 @@ class Settings:
     def _completed(self, **derived: float) -> Settings:
         missing = {name: value for name, value in derived.items() if getattr(self, name) is None}
         return self.changed(**missing)
+
+
+def _rounded(length_m: float) -> float:
+    """Return the nearest of sixteen lengths in a factor of two.
+
+    So chance does not reach the size of a cell: a scan that is moved or turned keeps its cells.
+    """
+    return 2.0 ** (round(16.0 * math.log2(length_m)) / 16.0) if length_m > 0.0 else 0.0
 
 
 def given(value: float | None) -> float:

@@ -24,6 +24,8 @@ class Survey:
     spacing_m
         Typical distance between neighbouring points: the step of a square grid, about
         1.1 / sqrt(points per square metre) on a random surface, twice the step of a line.
+    regular
+        Whether that is the step of a regular raster: the same nearly everywhere.
     roughness_m
         Typical distance of a point from the plane through its sixteen nearest neighbours.
     at_m
@@ -34,6 +36,7 @@ class Survey:
     """
 
     spacing_m: float
+    regular: bool
     roughness_m: float
     at_m: NDArray[np.float64]
     normals: NDArray[np.float64]

@@ -22,6 +22,8 @@ const SPACING_NEIGHBOR: usize = 4;
 /// Neighbours, the point included, through which a small plane is laid.
 const NEIGHBORS: NonZero<usize> = NonZero::new(17).unwrap();
 const CHUNK: usize = 100;
+/// The steps of a regular raster differ by rounding alone.
+const REGULAR: f64 = 1e-6;
 
 /// A surface normal; its sign means nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,9 +38,10 @@ pub struct Normal {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
     /// Typical distance between neighbouring points: the step of a square grid, about
-    /// 1.1 / √(points per m²) on a random surface, twice the step of a line; rounded to a
-    /// sixteenth of a factor of two, but on a regular raster.
+    /// 1.1 / √(points per m²) on a random surface, twice the step of a line.
     pub spacing_m: f64,
+    /// Whether that is the step of a regular raster: the same nearly everywhere.
+    pub regular: bool,
     /// Typical distance of a point from the plane through its neighbours.
     pub roughness_m: f64,
     /// Normals of the surveyed positions.
@@ -65,9 +68,13 @@ pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
         seen if seen.iter().any(|n| n.crowded) => neighborhoods(&distinct(points), seed, threads)?,
         seen => seen,
     };
+    let spacings = sorted(seen.iter().map(|n| n.spacing_m).collect());
+    let roughness = sorted(seen.iter().filter_map(|n| Some(n.surface?.1)).collect());
+    let spacing_m = quantile(&spacings, 1, 2);
     Ok(Survey {
-        spacing_m: typical(seen.iter().map(|n| n.spacing_m).collect()),
-        roughness_m: typical(seen.iter().filter_map(|n| Some(n.surface?.1)).collect()),
+        spacing_m,
+        regular: quantile(&spacings, 3, 5) - quantile(&spacings, 2, 5) <= REGULAR * spacing_m,
+        roughness_m: quantile(&roughness, 1, 2),
         normals: seen.iter().filter_map(|n| Some(n.surface?.0)).collect(),
     })
 }
@@ -125,24 +132,14 @@ fn look(at: Point, near: &[(f64, Point)], fixed: Fixed) -> Neighborhood {
     Neighborhood { crowded, spacing_m, surface }
 }
 
-/// Steps to a factor of two on the scale of typical lengths.
-const STEPS: f64 = 16.0;
-/// Lengths of a regular raster differ by rounding alone.
-const REGULAR: f64 = 1e-6;
+/// The lower of `part` / `of` of the values, which are sorted; 0 where there is none.
+fn quantile(sorted: &[f64], part: usize, of: usize) -> f64 {
+    sorted.get(sorted.len().saturating_sub(1) * part / of).copied().unwrap_or(0.0)
+}
 
-/// The median: as it is on a regular raster, else the nearest of sixteen lengths in a factor of
-/// two, so that chance does not reach the size of a cell. 0 where there is nothing.
-fn typical(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
+fn sorted(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_unstable_by(f64::total_cmp);
-    let part = |of: usize, all: usize| values[(values.len() - 1) * of / all];
-    let median = part(1, 2);
-    if part(3, 5) - part(2, 5) <= REGULAR * median {
-        return median;
-    }
-    ((median.log2() * STEPS).round() / STEPS).exp2()
+    values
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@ use crate::errors::raise;
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{cloud, restored, rows};
 
-/// Spacing, roughness, places and normals.
-type Surveyed<'py> = (f64, f64, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+/// Spacing, whether it is regular, roughness, places and normals.
+type Surveyed<'py> = (f64, bool, f64, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 #[pyfunction]
 pub(crate) fn survey<'py>(
@@ -23,7 +23,7 @@ pub(crate) fn survey<'py>(
     let (at, normals): (Vec<Point>, Vec<Point>) =
         survey.normals.into_iter().map(|n| (n.at, n.normal)).unzip();
     let at = rows(py, restored(cloud.origin, at))?;
-    Ok((survey.spacing_m, survey.roughness_m, at, rows(py, normals)?))
+    Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, rows(py, normals)?))
 }
 
 #[pyfunction]
