@@ -8,7 +8,6 @@ __all__ = [
     "RawHeightMap",
     "RawObject",
     "__version__",
-    "align_to_rectangle",
     "find_ground",
     "fit_plane",
     "ground_height",
@@ -64,7 +63,7 @@ def find_ground(
     cone: tuple[Sequence[float], float] | None,
     seed: int,
     threads: int,
-) -> tuple[tuple[float, float, float], float, int, float]: ...
+) -> tuple[tuple[tuple[float, float, float], float, int, float], NDArray[np.float64]]: ...
 def fit_plane(
     points: NDArray[Any],
     threshold_m: float,
@@ -74,7 +73,6 @@ def fit_plane(
     threads: int,
 ) -> tuple[tuple[float, float, float], float, int, float]: ...
 def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]: ...
-def align_to_rectangle(points: NDArray[Any]) -> NDArray[np.float64]: ...
 def rotate(
     points: NDArray[Any], rotation: Sequence[Sequence[float]], threads: int
 ) -> NDArray[np.float64]: ...

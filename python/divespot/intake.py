@@ -56,7 +56,7 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
             f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "
             f"and {zero} are (0, 0, 0): at least {FEWEST} others are needed"
         )
-    if (size := float(np.ptp(points, axis=0).max())) < SMALLEST_M:
+    if (size := float(points.max())) < SMALLEST_M:
         raise DivespotError(
             f"{scan.path or 'the array'}: the points span {size:.2g} m: at least {SMALLEST_M:g} m "
             "is needed"

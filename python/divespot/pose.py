@@ -10,7 +10,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.errors import DivespotError
-from divespot.plane import Plane, cone, rotation_to_z
+from divespot.plane import Plane, cone
 from divespot.report import Ground
 from divespot.settings import given
 
@@ -88,7 +88,7 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
 
     """
     up = parse_up(settings.up)
-    parts = _native.find_ground(
+    parts, rotation = _native.find_ground(
         points,
         survey.at_m,
         survey.normals,
@@ -99,9 +99,7 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
         settings.threads,
     )
     plane = Plane(*parts)
-    upright = rotation_to_z(plane.normal)
-    along = _native.align_to_rectangle(_native.rotate(points, upright.tolist(), settings.threads))
-    return Pose(plane, along @ upright, _angle_deg(plane.normal, up or AXES["z"]))
+    return Pose(plane, rotation, _angle_deg(plane.normal, up or AXES["z"]))
 
 
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:

@@ -13,7 +13,7 @@ use crate::{Error, Point};
 /// Planes that are looked at; a room shows five.
 const CANDIDATES: usize = 6;
 /// Candidates are searched and compared on this many points.
-const COMPARED: usize = 5000;
+const COMPARED: usize = 2000;
 /// The smallest share of the points that a candidate may rest on.
 const LEAST_SHARE: f64 = 0.02;
 /// A point counts as above or below when it is this many thresholds off the plane.
@@ -36,7 +36,7 @@ const UPRIGHT: f64 = 0.05;
 ///
 /// As [`fit_plane`].
 pub fn find_ground(points: &[Point], normals: &[Normal], settings: &Settings) -> Result<Plane> {
-    let drawn = sample(points, COMPARED, settings.seed);
+    let drawn = sample(points, COMPARED, settings.seed, settings.threads);
     let best = candidates(&drawn, settings)?
         .into_iter()
         .flat_map(|plane| sides(plane, settings.cone))

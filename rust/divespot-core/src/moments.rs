@@ -4,6 +4,10 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use crate::Point;
 use crate::fixed::Fixed;
+use crate::parallel::map_chunks;
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 1 << 14;
 
 /// Sums of coordinates and of their products, as integers.
 #[derive(Debug, Clone, Copy, Default)]
@@ -22,6 +26,13 @@ impl Moments {
         let mut moments = Self::default();
         points.into_iter().for_each(|p| moments.add(p.map(|v| fixed.encode(v))));
         moments
+    }
+
+    /// The moments of many points, taken by several threads.
+    pub(crate) fn of_all(points: &[Point], fixed: Fixed, threads: usize) -> Self {
+        let part = |range: std::ops::Range<usize>| Self::of(&points[range], fixed);
+        let parts = map_chunks(points.len(), CHUNK, threads, part);
+        parts.iter().fold(Self::default(), Self::merge)
     }
 
     fn add(&mut self, p: [i64; 3]) {

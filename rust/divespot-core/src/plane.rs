@@ -81,7 +81,7 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
     if points.len() < 3 {
         return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
     }
-    let drawn = sample(points, SCORED, settings.seed);
+    let drawn = sample(points, SCORED, settings.seed, settings.threads);
     let mut plane = best_hypothesis(&drawn, settings)?;
     let fixed =
         Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), points.len());

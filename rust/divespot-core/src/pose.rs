@@ -35,13 +35,25 @@ pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
     Ok(rows(rotation.matrix()))
 }
 
+/// The rotation that lays a plane with this normal level and the scan along x.
+///
+/// # Errors
+///
+/// As [`rotation_to_z`].
+pub fn leveling(points: &[Point], normal: Point, threads: usize) -> Result<Rotation> {
+    let upright = rotation_to_z(normal)?;
+    let along = align_to_rectangle(&rotate(points, &upright, threads));
+    let column = |k: usize| upright.map(|row| row[k]);
+    let dot = |a: Point, b: Point| (0..3).map(|k| a[k] * b[k]).sum();
+    Ok(std::array::from_fn(|r| std::array::from_fn(|c| dot(along[r], column(c)))))
+}
+
 /// The rotation about z that lays the longer side of the points' smallest enclosing rectangle
 /// along x.
 ///
 /// Any grid may lie at any angle; this one turns with the scan, so a turned scan gets the same
 /// cells and the same volume.
-#[must_use]
-pub fn align_to_rectangle(points: &[Point]) -> Rotation {
+fn align_to_rectangle(points: &[Point]) -> Rotation {
     let hull = convex_hull(points);
     let edges = hull.iter().zip(hull.iter().cycle().skip(1));
     let boxes = edges.map(|(a, b)| enclosing(&hull, (b[1] - a[1]).atan2(b[0] - a[0])));

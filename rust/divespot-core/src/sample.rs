@@ -2,7 +2,8 @@
 
 use crate::fixed::Fixed;
 use crate::moments::Moments;
-use crate::{Bounds, Point};
+use crate::parallel::fill_chunks;
+use crate::{Bounds, Point, thread_count};
 
 /// A 64-bit mix of good quality (the finaliser of SplitMix64).
 #[must_use]
@@ -13,6 +14,8 @@ pub(crate) fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// Points that a thread takes at a time.
+const CHUNK: usize = 1 << 14;
 /// Shells of distance from the middle, in a root mean square distance.
 const SHELLS: f64 = (1u64 << 20) as f64;
 
@@ -22,8 +25,8 @@ const SHELLS: f64 = (1u64 << 20) as f64;
 /// multiple of the root mean square of all distances: a cloud that is shuffled, moved, turned or
 /// scaled gives the same sample, but for a few points that rounding puts into another shell.
 #[must_use]
-pub fn sample(points: &[Point], count: usize, seed: u64) -> Vec<Point> {
-    let keys = keys(points, seed);
+pub fn sample(points: &[Point], count: usize, seed: u64, threads: usize) -> Vec<Point> {
+    let keys = keys(points, seed, thread_count(threads));
     let mut drawn = lowest(&keys, count);
     let by_place = |a: &u32, b: &u32| {
         let (p, q) = (points[*a as usize], points[*b as usize]);
@@ -34,10 +37,10 @@ pub fn sample(points: &[Point], count: usize, seed: u64) -> Vec<Point> {
     drawn.into_iter().map(|(_, i)| points[i as usize]).collect()
 }
 
-fn keys(points: &[Point], seed: u64) -> Vec<u64> {
+fn keys(points: &[Point], seed: u64, threads: usize) -> Vec<u64> {
     let largest = Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest());
     let fixed = Fixed::new(largest, points.len());
-    let moments = Moments::of(points, fixed);
+    let moments = Moments::of_all(points, fixed, threads);
     if moments.count() == 0 {
         return Vec::new();
     }
@@ -47,7 +50,12 @@ fn keys(points: &[Point], seed: u64) -> Vec<u64> {
         let square: f64 = (0..3).map(|k| (p[k] - middle[k]).powi(2)).sum();
         (square.sqrt() * per_metre) as u64
     };
-    points.iter().map(|p| mix(mix(seed) ^ shell(p))).collect()
+    let mut keys = vec![0; points.len()];
+    fill_chunks(&mut keys, CHUNK, threads, |first, piece| {
+        let keyed = piece.iter_mut().zip(&points[first..]);
+        keyed.for_each(|(key, p)| *key = mix(mix(seed) ^ shell(p)));
+    });
+    keys
 }
 
 /// The `count` lowest keys and few more, each with its index.
@@ -77,8 +85,8 @@ mod tests {
             (0..5000).map(|i| [wave(i), wave(i + 7), wave(3 * i + 1)]).collect();
         let moved = |p: &Point| [0.5 * (7e5 - p[1]), 0.5 * (5e6 + p[0]), 0.5 * p[2]];
         let there: Vec<Point> = points.iter().map(moved).collect();
-        let here: Vec<Point> = sample(&points, 500, 3).iter().map(moved).collect();
-        let same = sample(&there, 500, 3).iter().filter(|p| here.contains(p)).count();
+        let here: Vec<Point> = sample(&points, 500, 3, 1).iter().map(moved).collect();
+        let same = sample(&there, 500, 3, 1).iter().filter(|p| here.contains(p)).count();
         assert!(same >= 495, "{same}");
     }
 
@@ -88,8 +96,8 @@ mod tests {
         let mut shuffled = points.clone();
         shuffled.reverse();
         shuffled.swap(3, 400);
-        assert_eq!(sample(&points, 50, 3), sample(&shuffled, 50, 3));
-        assert_ne!(sample(&points, 50, 3), sample(&points, 50, 4));
-        assert_eq!(sample(&points, 900, 3).len(), 500);
+        assert_eq!(sample(&points, 50, 3, 1), sample(&shuffled, 50, 3, 1));
+        assert_ne!(sample(&points, 50, 3, 1), sample(&points, 50, 4, 1));
+        assert_eq!(sample(&points, 900, 3, 1).len(), 500);
     }
 }

@@ -90,7 +90,7 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
     }
     let tree = ImmutableKdTree::<f64, 3>::new_from_slice(points).map_err(|_| too_few)?;
     let fixed = Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), 32);
-    let asked = sample(points, SURVEYED, seed);
+    let asked = sample(points, SURVEYED, seed, threads);
     let look = |p: &Point| look(*p, &nearest(&tree, points, p), fixed);
     let parts = map_chunks(asked.len(), CHUNK, thread_count(threads), |range| {
         asked[range].iter().map(look).collect::<Vec<_>>()
@@ -172,7 +172,7 @@ mod tests {
             [[1 << 40; 3], [30, 30, 3], [1000, 1, 1], [1, 1000, 1], [1, 1, 5000], [2, 2, 2000]];
         for shape in shapes {
             for count in [5, 31, 32, 33, 64, 65, 100, 1000, 5000] {
-                let mut positions = sample(&levels(count, shape), count as usize, 0);
+                let mut positions = sample(&levels(count, shape), count as usize, 0, 1);
                 positions.dedup();
                 if positions.len() <= SPACING_NEIGHBOR {
                     continue;

@@ -1,14 +1,14 @@
 use divespot_core::survey::Normal;
-use divespot_core::{Point, ground};
-use numpy::{PyArray2, PyReadonlyArray2};
+use divespot_core::{Point, ground, pose};
+use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
 use crate::errors::raise;
 use crate::plane::{PlaneParts, parts, settings};
-use crate::points::{cloud, restored, rows};
+use crate::points::{Rows, cloud, restored, rows};
 
 /// Spacing, whether it is regular, roughness, places and normals.
-type Surveyed<'py> = (f64, bool, f64, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>);
 
 #[pyfunction]
 pub(crate) fn survey<'py>(
@@ -28,17 +28,17 @@ pub(crate) fn survey<'py>(
 
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // one for each of the plane's settings, named in Python
-pub(crate) fn find_ground(
-    py: Python<'_>,
-    points: &Bound<'_, PyAny>,
-    at: PyReadonlyArray2<'_, f64>,
-    normals: PyReadonlyArray2<'_, f64>,
+pub(crate) fn find_ground<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    at: PyReadonlyArray2<'py, f64>,
+    normals: PyReadonlyArray2<'py, f64>,
     threshold_m: f64,
     hypotheses: u32,
     cone: Option<(Point, f64)>,
     seed: u64,
     threads: usize,
-) -> PyResult<PlaneParts> {
+) -> PyResult<(PlaneParts, Rows<'py>)> {
     let (cloud, _) = cloud(points)?;
     let (at, normals) = (at.as_array(), normals.as_array());
     let normal = |i: usize| Normal {
@@ -47,7 +47,10 @@ pub(crate) fn find_ground(
     };
     let normals: Vec<Normal> = (0..normals.nrows()).map(normal).collect();
     let settings = settings(threshold_m, hypotheses, cone, seed, threads);
-    let plane =
-        py.detach(|| ground::find_ground(&cloud.points, &normals, &settings)).map_err(raise)?;
-    Ok(parts(&plane, cloud.origin))
+    let found = py.detach(|| {
+        let plane = ground::find_ground(&cloud.points, &normals, &settings)?;
+        Ok((plane, pose::leveling(&cloud.points, plane.normal, threads)?))
+    });
+    let (plane, rotation) = found.map_err(raise)?;
+    Ok((parts(&plane, cloud.origin), rows(py, rotation.to_vec())?))
 }

@@ -28,7 +28,7 @@ mod _native {
     #[pymodule_export]
     use crate::piles::{RawObject, measure_objects, pieces};
     #[pymodule_export]
-    use crate::plane::{align_to_rectangle, fit_plane, rotate, rotation_to_z};
+    use crate::plane::{fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
     use crate::points::seen;
     #[pymodule_export]

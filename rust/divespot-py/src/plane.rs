@@ -48,15 +48,6 @@ pub(crate) fn rotation_to_z(py: Python<'_>, normal: Point) -> PyResult<Bound<'_,
 }
 
 #[pyfunction]
-pub(crate) fn align_to_rectangle<'py>(
-    py: Python<'py>,
-    points: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (cloud, _) = cloud(points)?;
-    matrix(py, py.detach(|| divespot_core::pose::align_to_rectangle(&cloud.points)))
-}
-
-#[pyfunction]
 pub(crate) fn rotate<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,

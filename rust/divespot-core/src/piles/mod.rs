@@ -105,7 +105,7 @@ fn with_flanks(
     found: &[(i32, Patch)],
     settings: &Settings,
 ) -> Vec<i32> {
-    let local = |(n, patch): &(i32, Patch)| Some((*n, ring_base(patch)?));
+    let local = |(n, patch): &(i32, Patch)| Some((*n, ring_plane(patch)?.0));
     let bases: std::collections::BTreeMap<i32, Base> = found.iter().filter_map(local).collect();
     let clear = |n: i32, cell: usize| {
         let base = bases.get(&n).unwrap_or(&settings.ground);
@@ -151,7 +151,8 @@ fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
     heights.map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
 }
 
-fn ring_base(patch: &Patch) -> Option<Base> {
+/// The plane through the ring of ground around an object, and the ring's cells.
+fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
     let core: Vec<[f64; 2]> = patch.cells(Zone::Core).map(|c| patch.grid.center(c)).collect();
     let mean = |k: usize| core.iter().map(|p| p[k]).sum::<f64>() / to_f64(core.len());
     let seen = patch.cells(Zone::Ring).filter(|&cell| !patch.heights_m[cell].is_nan());
@@ -160,7 +161,12 @@ fn ring_base(patch: &Patch) -> Option<Base> {
         [x, y, patch.heights_m[cell]]
     };
     let ring: Vec<[f64; 3]> = seen.map(place).collect();
-    Some(Base::around([mean(0), mean(1)], &ring)?.with_film(&patch.grid, &ring))
+    Some((Base::around([mean(0), mean(1)], &ring)?, ring))
+}
+
+fn ring_base(patch: &Patch) -> Option<Base> {
+    let (plane, ring) = ring_plane(patch)?;
+    Some(plane.with_film(&patch.grid, &ring))
 }
 
 /// Heights with the unseen cells closed: in the core, layer by layer, with the mean of the cells
