@@ -124,6 +124,9 @@ fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
 fn outer(points: &[Point]) -> Vec<[f64; 2]> {
     let mut corners = farthest(points);
     corners.dedup(); // a side of no length has no inside
+    if corners.len() > 1 && corners.first() == corners.last() {
+        corners.pop();
+    }
     let sides: Vec<_> =
         corners.iter().copied().zip(corners.iter().copied().cycle().skip(1)).collect();
     let inside = |p: [f64; 2]| sides.iter().all(|&(a, b)| turns_left(a, b, p));
@@ -198,6 +201,14 @@ mod tests {
             let [width, depth, _] = Bounds::of(laid).unwrap().extent();
             assert!((width - 29.0).abs() < 1e-9 && (depth - 19.0).abs() < 1e-9, "{angle}");
         }
+    }
+
+    #[test]
+    fn few_points_are_left_for_the_hull() {
+        let disc = (0..10_000).map(f64::from).map(|i| (i, i.sqrt() / 100.0));
+        let points: Vec<Point> = disc.map(|(i, r)| [r * i.cos(), r * i.sin(), 0.0]).collect();
+        let outer = outer(&points).len();
+        assert!((8..1500).contains(&outer), "{outer}");
     }
 
     #[test]
