@@ -33,6 +33,9 @@ COVERAGE = 2.0
 #: With less of the points on the ground's plane, the ground is no plane.
 FLAT_SHARE = 0.2
 
+#: With more of what stands above the ground in no object, something may have been missed.
+LOOSE_SHARE = 0.25
+
 
 @dataclass(frozen=True)
 class GroundLevel:
@@ -75,23 +78,26 @@ def find_objects(
 
     """
     heights = grid.heights_m.ravel()
-    labels = np.full(len(heights), -1, dtype=np.int32)
-    above = np.flatnonzero(heights > ground.height_m + given(settings.margin_m))
     x, y = grid.centers_m()
+    above = np.flatnonzero(heights > ground.height_m + given(settings.margin_m))
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
-    if given(settings.fine_radius_m) > 0.0:
-        kept = radius_outlier_mask(
-            cells, given(settings.fine_radius_m), settings.min_neighbors, threads=settings.threads
-        )
-        above, cells = above[kept], cells[kept]
-    found = find_clusters(cells, settings.link_m, settings)
-    labels[above] = found
+    kept = _in_company(cells, settings)
+    labels = np.full(len(heights), -1, dtype=np.int32)
+    labels[above[kept]] = find_clusters(cells[kept], settings.link_m, settings)
     gap = max(_steps(grid, settings.link_m) - 1, 0)
     labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
+    _warn_of_dropped(labels, above, settings, warn)
     if settings.select == "largest":
-        _warn_of_dropped(labels, warn)
         labels[labels > 0] = -1
     return labels
+
+
+def _in_company(cells: NDArray[np.float64], settings: Settings) -> NDArray[np.bool_]:
+    """Return which cells the second radius filter keeps."""
+    radius_m = given(settings.fine_radius_m)
+    if radius_m == 0.0:
+        return np.ones(len(cells), dtype=np.bool_)
+    return radius_outlier_mask(cells, radius_m, settings.min_neighbors, threads=settings.threads)
 
 
 def _steps(grid: HeightMap, length_m: float | None) -> int:
@@ -99,12 +105,22 @@ def _steps(grid: HeightMap, length_m: float | None) -> int:
     return math.ceil(min(given(length_m) / grid.cell_m, float(max(grid.heights_m.shape))))
 
 
-def _warn_of_dropped(found: NDArray[np.int32], warn: Callable[[str], None]) -> None:
-    dropped = int((found > 0).sum())
-    if dropped:
+def _warn_of_dropped(
+    labels: NDArray[np.int32],
+    above: NDArray[np.intp],
+    settings: Settings,
+    warn: Callable[[str], None],
+) -> None:
+    """Say what part of that which stands above the ground is measured nowhere."""
+    dropped = labels[above] != 0 if settings.select == "largest" else labels[above] < 0
+    share = dropped.mean() if len(above) else 0.0
+    if settings.select == "largest" and share > 0.0:
+        count = labels.max() + 1
+        warn(f"the largest of {count} objects was measured: {share:.0%} of the cells were dropped")
+    elif share > LOOSE_SHARE:
         warn(
-            f"the largest of {found.max() + 1} objects was measured, and "
-            f"{dropped / (found >= 0).sum():.0%} of the cells of all objects dropped"
+            f"{share:.0%} of the cells above the ground belong to no object of "
+            f"{settings.min_cluster_size} cells or more"
         )
 
 
