@@ -59,7 +59,7 @@ class SimulatedScan:
     @property
     def up(self) -> Array:
         """(3,) unit vector against gravity, in the scan's frame."""
-        return self.pose[:3, 2].copy()
+        return np.array(self.pose[:3, 2])
 
     def in_scene(self) -> Array:
         """(n, 3) points in the scene's frame, in metres."""
