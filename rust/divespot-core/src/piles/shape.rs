@@ -10,10 +10,14 @@ const HIGH_SHARE: f64 = 0.5;
 /// The object's height is the one that this share of its cells stays below.
 const TOP: f64 = 0.95;
 
+/// No bulk material stands steeper than 60°, so no pile is higher than this many times the radius
+/// of a disc as large as it is: a rod with a skirt of flying pixels is.
+const SLENDER: f64 = 1.732;
+
 /// Why an object is no pile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
-    /// Most of its rim stands high: no bulk material lies so steep.
+    /// Most of its rim stands high, or it is high and slender: no bulk material lies so steep.
     SteepSides,
     /// It is nowhere three cells wide.
     Thin,
@@ -25,7 +29,11 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option
     if rim.len() == patch.cells(Zone::Core).count() {
         return Some(Reason::Thin);
     }
-    let low = (LOW * top(patch, above)).max(2.0 * margin_m);
+    let top = top(patch, above);
+    if top > SLENDER * radius(patch) {
+        return Some(Reason::SteepSides);
+    }
+    let low = (LOW * top).max(2.0 * margin_m);
     let high = |&cell: &usize| above[cell] > low;
     let seen: Vec<usize> =
         rim.into_iter().filter(|&cell| sees_outside(patch, above, cell)).collect();
@@ -42,6 +50,12 @@ fn rim(patch: &Patch) -> impl Iterator<Item = usize> + '_ {
 /// Whether something was seen just beyond a rim cell; where not, the object may go on.
 fn sees_outside(patch: &Patch, above: &[f64], cell: usize) -> bool {
     patch.around(cell, 2).any(|n| patch.zones[n] != Zone::Core && !above[n].is_nan())
+}
+
+/// The radius of a disc as large as the core.
+fn radius(patch: &Patch) -> f64 {
+    let cells = patch.cells(Zone::Core).count() as f64;
+    (cells / std::f64::consts::PI).sqrt() * patch.grid.cell_m
 }
 
 fn top(patch: &Patch, above: &[f64]) -> f64 {

@@ -78,6 +78,15 @@ fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
 }
 
 #[test]
+fn a_rod_with_a_skirt_is_no_pile() {
+    let rod = |x: f64, y: f64| (1.5 - 4.0 * (x - 4.0).hypot(y - 3.0)).max(0.0);
+    let map = map(rod);
+    let labels = labels(&map, |x, y| if rod(x, y) > 0.05 { 0 } else { NOBODY });
+    let object = measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap().remove(0);
+    assert_eq!(object.reason, Some(Reason::SteepSides));
+}
+
+#[test]
 fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
     let mut map = map(|x, y| cone(x, y) + 1.0);
     let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
