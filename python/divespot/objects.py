@@ -12,7 +12,7 @@ import numpy as np
 from divespot import _native
 from divespot.clusters import find_clusters
 from divespot.kernels import ground_height, radius_outlier_mask
-from divespot.report import Budget, Outline, Pile
+from divespot.report import COVERAGE, Budget, Outline, Pile
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -25,10 +25,6 @@ if TYPE_CHECKING:
     from divespot.pose import Pose
     from divespot.report import Position
     from divespot.settings import Settings
-
-#: Half-width, in margins of a normal distribution, of the expanded uncertainty (95 %).
-COVERAGE = 2.0
-
 
 #: With less of the points on the ground's plane, the ground is no plane.
 FLAT_SHARE = 0.2

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 SCHEMA = "divespot.report/1"
 
+#: Half-width, in standard deviations, of an expanded uncertainty of 95 %.
+COVERAGE = 2.0
+
 Position = tuple[float, float, float]
 
 
@@ -88,7 +91,7 @@ class Total:
         """Add up piles: their bases may all be off to the same side, the rest is independent."""
         base = sum(pile.budget.base_m3 for pile in piles)
         rest = (dataclasses.replace(pile.budget, base_m3=0.0).combined_m3() for pile in piles)
-        u95 = 2.0 * math.hypot(base, *rest)
+        u95 = COVERAGE * math.hypot(base, *rest)
         return cls(sum(pile.volume_m3 for pile in piles), u95)
 
 

@@ -9,6 +9,7 @@ import click
 
 from divespot.cli.failure import Failure
 from divespot.cli.measure import run, show, show_warnings
+from divespot.cli.options import simulation_options
 from divespot.cli.screen import stdout_console
 from divespot.cli.simulate import simulated
 
@@ -34,20 +35,7 @@ if TYPE_CHECKING:
     metavar="NAME",
     help="scene to simulate; `divespot simulate --list` names them",
 )
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="seed of the simulation",
-)
-@click.option(
-    "--density",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="points wanted, relative to the scene's own",
-)
+@simulation_options
 def demo(out: str, shape: str, seed: int, density: float) -> None:
     """Simulate a scan of known volume, measure it, and compare.
 

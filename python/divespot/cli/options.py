@@ -39,6 +39,25 @@ def corners(text: str) -> tuple[float, ...]:
         raise click.BadParameter(f"{text!r}: six numbers x0,y0,z0,x1,y1,z1 are needed") from None
 
 
+def simulation_options(command: F) -> F:
+    """Add ``--seed`` and ``--density`` of a simulated scan."""
+    density = click.option(
+        "--density",
+        type=float,
+        default=1.0,
+        show_default=True,
+        help="points wanted, relative to the scene's own",
+    )
+    seed = click.option(
+        "--seed",
+        type=click.IntRange(min=0),
+        default=0,
+        show_default=True,
+        help="seed of every random draw of the simulation",
+    )
+    return seed(density(command))
+
+
 def setting_options(command: F) -> F:
     """Add ``--preset`` and an option for each setting."""
     for item in reversed(FIELDS.values()):

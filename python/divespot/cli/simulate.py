@@ -7,6 +7,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
+from divespot.cli.options import simulation_options
 from divespot.cli.screen import progress_line
 
 if TYPE_CHECKING:
@@ -51,20 +52,7 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
     metavar="PATH|-",
     help="write the truth as JSON, - for stdout and nothing else there",
 )
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="seed of every random draw",
-)
-@click.option(
-    "--density",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="points wanted, relative to the scene's own",
-)
+@simulation_options
 def simulate(name: str, output: str, truth: IO[str] | None, seed: int, density: float) -> None:
     """Simulate a depth camera's scan of the scene NAME, whose volumes are known exactly."""
     from divespot.io import write  # noqa: PLC0415 - slow to import
