@@ -20,7 +20,6 @@ from divespot.spacing import take_survey
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -59,7 +58,6 @@ class _Maker:
     ground: GroundLevel
     frame: Frame
     settings: Settings
-    warn: Callable[[str], None]
 
     def make(self, text: str) -> _native.RawBase | None:
         name = BaseName.parse(text)
@@ -118,28 +116,14 @@ class _Maker:
         points = _surface_points(path, self.frame, self.settings)
         shape = grid.heights_m.shape
         try:
-            base = _native.surface_base(
+            return _native.surface_base(
                 points, shape, grid.origin_m, grid.cell_m, self.ground.noise_m
             )
         except DivespotError as error:
             raise DivespotError(f"base surface={path}: {error}") from None
-        standing = grid.heights_m > self.ground.height_m + given(self.settings.margin_m)
-        unseen = np.isnan(base.over(shape, grid.origin_m, grid.cell_m))[standing]
-        if len(unseen) and unseen.mean() > UNSEEN_SHARE:
-            self.warn(
-                f"{path} shows nothing below {unseen.mean():.0%} of what stands on the ground: it "
-                "was interpolated there"
-            )
-        return base
 
 
-def find_bases(
-    grid: HeightMap,
-    ground: GroundLevel,
-    frame: Frame,
-    settings: Settings,
-    warn: Callable[[str], None],
-) -> Bases:
+def find_bases(grid: HeightMap, ground: GroundLevel, frame: Frame, settings: Settings) -> Bases:
     """Find the base that was asked for, and those to compare it with.
 
     ``plane`` is the ground's plane as fitted; ``peak`` and ``midpeak`` are level with it, as high
@@ -156,7 +140,7 @@ def find_bases(
         The file cannot be read or shares no place with the scan, or a height lies far from it.
 
     """
-    make = _Maker(grid, ground, frame, settings, warn).make
+    make = _Maker(grid, ground, frame, settings).make
     chosen = make(settings.base)
     if not settings.compare_bases:
         return Bases(chosen, {})
@@ -215,6 +199,15 @@ def whole_base(
     off = np.abs(grid.heights_m - ground.height_m)
     seen = np.where(off <= given(settings.margin_m), grid.heights_m, np.nan)
     return np.where(np.isnan(below_m), seen, below_m)
+
+
+def unknown(whole_m: NDArray[np.float64], below_m: NDArray[np.float64]) -> list[str]:
+    """Return a warning where much of what was measured stands on nothing that is known."""
+    share = np.isnan(whole_m[~np.isnan(below_m)])
+    if not len(share) or share.mean() <= UNSEEN_SHARE:
+        return []
+    what = f"the base shows nothing below {share.mean():.0%} of what was measured"
+    return [f"{what}: it was interpolated there"]
 
 
 def save_base(report: Report, path: str | os.PathLike[str]) -> None:

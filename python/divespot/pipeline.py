@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from divespot.bases import find_bases, whole_base
+from divespot.bases import find_bases, unknown, whole_base
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
 from divespot.grid import height_map
@@ -79,7 +79,7 @@ def measure(
     grid = run("height map", height_map, points, given(s.cell_m))
     ground, s = run("ground", find_ground, grid, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit)
-    bases = run("base", find_bases, grid, ground, frame, s, run.warn)
+    bases = run("base", find_bases, grid, ground, frame, s)
     if s.outline is None:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, grid, labels, ground, bases, s)
@@ -96,6 +96,11 @@ def measure(
         ground=ground_in_scan(pose, ground, cloud, len(points)),
         settings=s,
         timings_s=run.timings_s,
-        warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points), s)),
+        warnings=(
+            *cloud.warnings,
+            *run.warnings,
+            *unknown(base_m, measured.base_m),
+            *doubts(piles, others, pose, len(points), s),
+        ),
         level=Level(grid, ground.height_m, outlines(measured), base_m, frame),
     )

@@ -20,7 +20,7 @@ def report_table(report: Report) -> Table:
     items = (*report.piles, *report.other_objects)
     unit, per_m3 = volume_unit(max((abs(item.volume_m3) for item in items), default=1.0))
     weighed = any(item.mass_kg is not None for item in items)
-    table = plain_table("", f"volume {unit}", "footprint m²", "height m", "seen")
+    table = plain_table("", f"volume {unit}", "footprint\nm²", "height\nm", "seen")
     if weighed:
         table.add_column("mass kg", justify="right", no_wrap=True)
     table.add_column("remarks")

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use super::film::Film;
-use super::statistics::{median, scale};
 use super::surface::Surface;
 use crate::heightmap::Grid;
+use crate::robust::{median, scale};
 
 /// Fewer cells than this carry no plane of their own.
 pub(crate) const FEWEST: usize = 12;
@@ -144,7 +144,7 @@ impl Base {
             center_m,
             level_m: plane[0],
             tilt: [plane[1], plane[2]],
-            noise_m: scale(&off),
+            noise_m: scale(off.iter().copied()),
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
             film: None,
@@ -162,7 +162,7 @@ fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
     for _ in 0..ROUNDS {
         let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
-        let reach = REACH * scale(&off).max(f64::MIN_POSITIVE);
+        let reach = REACH * scale(off.iter().copied()).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
         plane = weighted_plane(local, off.iter().map(weigh), kind)?;
     }

@@ -38,7 +38,7 @@ impl Budget {
     pub(crate) fn of(patch: &Patch, base: &Base, above: &[f64], filled: &[f64], toe: u32) -> Self {
         let area = patch.grid.cell_m * patch.grid.cell_m;
         let held: Vec<usize> = patch.held().collect();
-        let share = |cell: usize| patch.part(cell).share;
+        let share = |cell: usize| patch.counted(cell).share;
         let sum = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a, b| a + b) * area;
         let cells: f64 = held.iter().map(|&c| share(c)).sum();
         let squares: f64 = held.iter().map(|&c| share(c) * share(c)).sum();

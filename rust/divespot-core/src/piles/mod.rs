@@ -12,7 +12,6 @@ mod patch;
 mod pieces;
 mod region;
 mod shape;
-mod statistics;
 mod surface;
 mod territory;
 
@@ -148,7 +147,7 @@ fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Obje
     let footprint = footprint(patch, &filled, settings.margin_m);
     let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
     let share = |cells: &mut dyn Iterator<Item = &usize>| -> f64 {
-        cells.map(|&cell| patch.part(cell).share).sum()
+        cells.map(|&cell| patch.counted(cell).share).sum()
     };
     let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
     let whole = share(&mut covered.iter());
@@ -188,7 +187,7 @@ fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> Base {
 
 /// The volume of the cells that are held, above and below nought.
 fn volume(patch: &Patch, filled: &[f64]) -> Volume {
-    let part = |cell: usize| patch.part(cell).share * part_height(patch, filled, cell);
+    let part = |cell: usize| patch.counted(cell).share * part_height(patch, filled, cell);
     integrate(patch.held().map(part), patch.grid.cell_m)
 }
 
@@ -267,7 +266,7 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
     let clear =
         |cell: usize| mean_around(patch, filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
     let covers = |cell: usize| match patch.zones[cell] {
-        Zone::Core => patch.part(cell).share > 0.0,
+        Zone::Core => patch.counted(cell).share > 0.0,
         Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),
         Zone::Outside | Zone::Ring => false,
     };
@@ -277,7 +276,7 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
 fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
     let (mut weight, mut sum) = (0.0, [0.0; 3]);
     for &cell in covered {
-        let height = patch.part(cell).share * filled[cell].max(0.0);
+        let height = patch.counted(cell).share * filled[cell].max(0.0);
         let [x, y] = patch.grid.center(cell);
         let middle = [x, y, base.at([x, y]) + filled[cell].max(0.0) / 2.0];
         weight += height;

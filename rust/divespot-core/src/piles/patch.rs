@@ -123,7 +123,7 @@ impl Patch {
     }
 
     /// The part of a cell that counts.
-    pub(crate) fn part(&self, cell: usize) -> Part {
+    pub(crate) fn counted(&self, cell: usize) -> Part {
         match (&self.parts, self.zones[cell]) {
             (Some(parts), _) => parts[cell],
             (None, Zone::Core | Zone::Toe) => Part::WHOLE,
@@ -133,7 +133,7 @@ impl Patch {
 
     /// The cells of which something counts.
     pub(crate) fn held(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.zones.len()).filter(|&cell| self.part(cell).share > 0.0)
+        (0..self.zones.len()).filter(|&cell| self.counted(cell).share > 0.0)
     }
 
     /// Cells that the core encloses belong to it, seen or not, unless they are another object's.
