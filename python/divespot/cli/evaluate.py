@@ -89,6 +89,7 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     error of 100 %; what else was called a pile is told under remarks.
     """
     from divespot.evaluate import evaluate as run  # noqa: PLC0415 - slow to import
+    from divespot.report import finite  # noqa: PLC0415 - as above
 
     begin = time.monotonic()
     with progress_bar("evaluating") as on_round:
@@ -104,7 +105,8 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
         )
     if json_file is not None:
         chosen = {"seeds": seeds, "first_seed": first_seed, "density": density}
-        click.echo(json.dumps({**chosen, **described(evaluation)}, indent=1), file=json_file)
+        everything = finite({**described(evaluation), **chosen})
+        click.echo(json.dumps(everything, indent=1, allow_nan=False), file=json_file)
     if json_file is None or json_file.name != "-":
         show(evaluation)
         click.echo(f"\n{_count(evaluation)} in {_duration(time.monotonic() - begin)}")

@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
     """Yield a heading and a table for each part of an evaluation that is there."""
     if evaluation.whole:
-        yield "Errors of the piles, by kind of scene", kinds_table(evaluation)
+        yield "Errors of the piles in %, by kind of scene", kinds_table(evaluation)
         if (remarks := remarks_table(evaluation)).row_count:
             yield "What went wrong", remarks
     if evaluation.thinned:
-        yield "Errors of the paper's shapes, thinned", compression_table(evaluation)
+        yield "Errors of the paper's shapes in %, thinned", compression_table(evaluation)
     if evaluation.real:
         yield "Real scans", real_table(evaluation)
     if found := goals(evaluation):
-        table = plain_table("goal", "wanted", "is", "")
+        table = plain_table("goal", "wanted %", "is %", "")
         for goal in found:
             table.add_row(goal.what, goal.wanted, _percent(goal.value), goal.verdict)
         yield "Goals", table
@@ -83,7 +83,7 @@ def compression_table(evaluation: Evaluation) -> Table:
             f"{row.voxel_m:g}",
             f"{kept:.4f}",
             *map(_percent, (piles.mean_error, piles.largest_error)),
-            _share(piles.coverage),
+            _percent(piles.coverage),
             f"{summary.right}/{summary.scans}",
             f"{row.paper_kept:.4f}",
             _percent(row.paper_error),
@@ -93,7 +93,7 @@ def compression_table(evaluation: Evaluation) -> Table:
 
 def real_table(evaluation: Evaluation) -> Table:
     """Return a row for each pile of each real scan."""
-    table = plain_table("scan", "reference m³", "measured m³", "u95", "error")
+    table = plain_table("scan", "reference m³", "measured m³", "u95 m³", "error %")
     table.add_column("remarks")
     for one in evaluation.real:
         for row in _real_rows(one):
@@ -106,14 +106,14 @@ def _real_rows(one: Outcome) -> Iterator[list[str]]:
     for pile in one.piles:
         if pile.volume_m3 is None or pile.u95_m3 is None:
             why = one.failure or "nothing found"
-            yield [name, f"{pile.truth_m3:.4g}", "-", "-", f"{pile.error:+.2%}", why]
+            yield [name, f"{pile.truth_m3:.4g}", "-", "-", _percent(pile.error), why]
         else:
             yield [
                 name,
                 f"{pile.truth_m3:.4g}",
                 f"{pile.volume_m3:.4g}",
                 f"{pile.u95_m3:.2g}",
-                f"{pile.error:+.2%}",
+                _percent(pile.error),
                 pile.instead or "",
             ]
 
@@ -123,19 +123,18 @@ def _counts(summary: Summary) -> list[str]:
 
 
 def _figures(errors: ErrorStatistics) -> list[str]:
-    bias = "-" if errors.bias is None else f"{100 * errors.bias:+.2f} %"
-    return [
-        _percent(errors.mean_error),
-        _percent(errors.largest_error),
-        bias,
-        _share(errors.coverage),
-        _percent(errors.median_u95),
-    ]
+    shares = (
+        errors.mean_error,
+        errors.largest_error,
+        errors.bias,
+        errors.coverage,
+        errors.median_u95,
+    )
+    return [*map(_percent, shares)]
 
 
 def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{100 * share:.2f} %"
-
-
-def _share(share: float | None) -> str:
-    return "-" if share is None else f"{100 * share:.0f} %"
+    """Return a share in percent, in no more digits than a column holds."""
+    if share is None:
+        return "-"
+    return f"{100 * share:.{2 if abs(share) < 0.1 else 1 if abs(share) < 1.0 else 0}f}"

@@ -60,7 +60,7 @@ REAL = 0.08
 
 @dataclass(frozen=True)
 class Goal:
-    """A figure to reach and the figure reached, both shares.
+    """A figure to reach, in percent as people read it, and the figure reached, a share.
 
     `verdict` is "on average" where a mean reaches what each single one should, and "too few"
     where there were not enough scans to tell.
@@ -87,7 +87,7 @@ def goals(evaluation: Evaluation) -> list[Goal]:
 def _at_most(what: str, value: float | None, limit: float) -> Iterator[Goal]:
     if value is not None:
         reached: Verdict = "reached" if value <= limit else "missed"
-        yield Goal(what, f"≤ {100 * limit:g} %", value, reached)
+        yield Goal(what, f"≤ {100 * limit:g}", value, reached)
 
 
 def _shapes(shapes: list[Outcome]) -> Iterator[Goal]:
@@ -112,7 +112,7 @@ def _each_pile(evaluation: Evaluation) -> Iterator[Goal]:
         if kind == ONE_SIDE and summary.piles.coverage is not None:
             covered = summary.piles.coverage
             verdict: Verdict = "reached" if covered == 1.0 else "missed"
-            yield Goal(f"{kind}: inside its own u95", "100 %", covered, verdict)
+            yield Goal(f"{kind}: inside its own u95", "100", covered, verdict)
 
 
 def _each(what: str, errors: ErrorStatistics, limit: float) -> Iterator[Goal]:
@@ -120,7 +120,7 @@ def _each(what: str, errors: ErrorStatistics, limit: float) -> Iterator[Goal]:
     if largest is None or mean is None:
         return
     if mean <= limit < largest:
-        yield Goal(f"{what}, largest error", f"≤ {100 * limit:g} %", largest, "on average")
+        yield Goal(f"{what}, largest error", f"≤ {100 * limit:g}", largest, "on average")
     else:
         yield from _at_most(f"{what}, largest error", largest, limit)
 
@@ -130,7 +130,7 @@ def _no_pile(evaluation: Evaluation) -> Iterator[Goal]:
         if scans := evaluation.of_kind(kind):
             right = sum(one.right for one in scans) / len(scans)
             verdict: Verdict = "reached" if right == 1.0 else "missed"
-            yield Goal(f"{kind}: no pile", "100 %", right, verdict)
+            yield Goal(f"{kind}: no pile", "100", right, verdict)
 
 
 def _coverage(whole: tuple[Outcome, ...]) -> Iterator[Goal]:
@@ -144,7 +144,7 @@ def _coverage(whole: tuple[Outcome, ...]) -> Iterator[Goal]:
             verdict: Verdict = "too few"
         else:
             verdict = "reached" if low <= errors.coverage <= high else "missed"
-        wanted = f"{100 * low:g} to {100 * high:g} %"
+        wanted = f"{100 * low:g} to {100 * high:g}"
         yield Goal(f"u95 holds the truth, {what}", wanted, errors.coverage, verdict)
 
 

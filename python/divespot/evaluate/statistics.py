@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from divespot.evaluate.outcome import Outcome, PileOutcome
 
 
+NONE = "no object of its own"
+
+
 @dataclass(frozen=True)
 class ErrorStatistics:
     """How far measured volumes are from the truth; None where there is nothing to tell.
@@ -70,7 +73,7 @@ class Summary:
     extras
         What else was called a pile, and how often.
     missed
-        Why piles were called none, and how often: "nothing found" where there was nothing.
+        Why piles were called none, and how often; `NONE` where nothing of their own was found.
     failures
         Why scans were not measured at all, and how often.
 
@@ -93,9 +96,11 @@ class Summary:
             right=sum(one.right for one in outcomes),
             piles=ErrorStatistics.of(piles),
             total=ErrorStatistics.of(one.total for one in outcomes if one.total is not None),
-            extras=Counter(extra.what for one in outcomes for extra in one.extras),
-            missed=Counter(
-                pile.instead or "nothing found" for pile in piles if pile.volume_m3 is None
-            ),
-            failures=Counter(one.failure for one in outcomes if one.failure is not None),
+            extras=_counted(extra.what for one in outcomes for extra in one.extras),
+            missed=_counted(pile.instead or NONE for pile in piles if pile.volume_m3 is None),
+            failures=_counted(one.failure for one in outcomes if one.failure is not None),
         )
+
+
+def _counted(names: Iterable[str]) -> dict[str, int]:
+    return dict(Counter(names))

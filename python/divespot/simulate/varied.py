@@ -11,6 +11,8 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from divespot.simulate.heap import volume_of_cone
 from divespot.simulate.pose import Pose
 from divespot.simulate.scene import XY, Camera, Floor, Pile, Scene, Thing, Wall
@@ -19,8 +21,6 @@ from divespot.simulate.surroundings import around, boxes_around
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    import numpy as np
 
 REACH = 1.6
 """No footprint reaches farther from its middle, in radii of the cone of the same volume."""
@@ -77,14 +77,13 @@ def flown(rng: np.random.Generator) -> Scene:
     x, y, z = rng.uniform((3e5, 2e5, 0.0), (7e5, 8e6, 900.0))
     roll_deg, pitch_deg = rng.uniform(-1.0, 1.0, 2)
     pose = Pose(roll_deg, pitch_deg, rng.uniform(0, 360), (x, y, z))
-    slope_deg = rng.uniform(0.0, 2.0)
     floor = replace(
         scene.floor,
-        slope_deg=slope_deg,
+        slope_deg=rng.uniform(0.0, 2.0),
         wave_m=rng.uniform(0.0, 0.01) * size_m,
         wave_length_m=rng.uniform(5.0, 12.0) * size_m,
     )
-    return replace(scene, floor=floor, pose=pose)
+    return replace(scene, floor=floor, pose=pose, unit_m=float(rng.choice([1.0, 1.0, 0.3048])))
 
 
 def touching(rng: np.random.Generator) -> Scene:
@@ -92,14 +91,14 @@ def touching(rng: np.random.Generator) -> Scene:
     size_m = log_uniform(rng, 0.1, 10.0)
     radii_m = size_m * rng.uniform(0.7, 1.0, int(rng.integers(2, 4)))
     gaps_m = (radii_m[1:] + radii_m[:-1]) * rng.uniform(0.7, 0.85, len(radii_m) - 1)
-    x = gaps_m.cumsum() - gaps_m.sum() / 2
-    places = [-gaps_m.sum() / 2, *x]
+    length_m = float(gaps_m.sum())
+    places = np.concatenate([[0.0], gaps_m.cumsum()]) - length_m / 2
     repose_deg = rng.uniform(20.0, 42.0)
     piles = tuple(
         poured(radius_m, (at, rng.uniform(-0.15, 0.15) * size_m), rng, repose_deg)
-        for radius_m, at in zip(radii_m, places, strict=True)
+        for radius_m, at in zip(radii_m.tolist(), places.tolist(), strict=True)
     )
-    strip_m = (gaps_m.sum() + 2 * REACH * size_m, 2 * (REACH + 0.15) * size_m)
+    strip_m = (length_m + 2 * REACH * size_m, 2 * (REACH + 0.15) * size_m)
     return seen(piles, (), above(strip_m, size_m, rng), strip_m, rng)
 
 
@@ -155,13 +154,13 @@ def poured(
 
 def apart(size_m: float, count: int, rng: np.random.Generator) -> tuple[tuple[Pile, ...], XY]:
     """Pour piles of any form in a row, their feet apart; the strip that holds them."""
-    radii_m = [size_m, *(size_m * rng.uniform(0.6, 1.0, count - 1))]
-    gaps_m = size_m * rng.uniform(0.1, 0.8, count)
-    length_m = 2 * REACH * sum(radii_m) + gaps_m[1:].sum()
+    radii_m = [size_m, *(size_m * rng.uniform(0.6, 1.0, count - 1)).tolist()]
+    gaps_m = [*(size_m * rng.uniform(0.1, 0.8, count - 1)).tolist(), 0.0]
+    length_m = 2 * REACH * sum(radii_m) + sum(gaps_m)
     piles, x = [], -length_m / 2
-    for radius_m, gap_m in zip(rng.permutation(radii_m), gaps_m, strict=True):
+    for radius_m, gap_m in zip(rng.permutation(radii_m).tolist(), gaps_m, strict=True):
         middle = (x + REACH * radius_m, rng.uniform(-0.1, 0.1) * size_m)
-        piles.append(in_form(poured(float(radius_m), middle, rng), rng))
+        piles.append(in_form(poured(radius_m, middle, rng), rng))
         x += 2 * REACH * radius_m + gap_m
     return tuple(piles), (length_m, 2 * (REACH + 0.1) * size_m)
 
@@ -213,18 +212,18 @@ def seen(
     strip_m: XY,
     rng: np.random.Generator,
 ) -> Scene:
-    """Put a scene together, in any pose and unit, with 80,000 to 400,000 points about."""
+    """Put a scene together, in any pose and unit, with 150,000 to 500,000 points about."""
     size_m = camera.height_m
     view_m = (camera.rail_m + 1.4 * size_m, 1.7 * size_m)
-    node_m = math.sqrt(view_m[0] * view_m[1] / 8e5)
-    points = log_uniform(rng, 8e4, 4e5)
+    node_m = math.sqrt(view_m[0] * view_m[1] / 3e5)
+    points = log_uniform(rng, 1.5e5, 5e5)
     return Scene(
         Floor(*view_m, node_m),
         piles,
         things,
         camera,
         any_pose(camera, rng),
-        unit_m=float(rng.choice([1.0, 1.0, 0.01, 0.001, 0.3048])),
+        unit_m=float(rng.choice([1.0, 1.0, 1.0, 0.01, 0.001])),
         fuse_voxel_m=math.sqrt(view_m[0] * view_m[1] / points),
         strip_m=strip_m,
     )
