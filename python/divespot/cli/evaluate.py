@@ -55,7 +55,7 @@ SCHEMA = "divespot.evaluation/1"
 @click.option(
     "--jobs",
     type=click.IntRange(min=1),
-    default=lambda: len(os.sched_getaffinity(0)),
+    default=lambda: os.cpu_count() or 1,
     show_default="processors",
     help="processes that simulate and measure",
 )

@@ -40,7 +40,10 @@ class SimulatedRound:
 
 def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
     """Simulate a scan and measure it, for `run_rounds`."""
-    taken = scan(one.scene, seed=one.seed, density=one.density)
+    try:
+        taken = scan(one.scene, seed=one.seed, density=one.density)
+    except DivespotError as error:
+        raise DivespotError(f"{one.scene}, seed {one.seed}: {error}") from None
     settings = one.settings.changed(unit=_unit(taken))
     outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
     return {"outcomes": [dataclasses.asdict(outcome) for outcome in outcomes]}
