@@ -109,7 +109,7 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
         click.echo(json.dumps(everything, indent=1, allow_nan=False), file=json_file)
     if json_file is None or json_file.name != "-":
         show(evaluation)
-        click.echo(f"\n{_count(evaluation)} in {_duration(time.monotonic() - begin)}")
+        click.echo(f"\n{_count(evaluation)} at density {density:g} in {_since(begin)}")
 
 
 def described(evaluation: Evaluation) -> dict[str, Any]:
@@ -139,8 +139,11 @@ def show(evaluation: Evaluation) -> None:
 
 def _count(evaluation: Evaluation) -> str:
     scans = len(evaluation.whole) + len(evaluation.real)
-    return f"{scans} scans and {len(evaluation.thinned)} thinned ones"
+    seeds = sorted({one.seed for one in evaluation.whole if one.seed is not None})
+    told = f", seeds {seeds[0]} to {seeds[-1]}," if seeds else ""
+    return f"{scans} scans{told} and {len(evaluation.thinned)} thinned ones"
 
 
-def _duration(seconds: float) -> str:
-    return f"{int(seconds // 60)} min {seconds % 60:.0f} s"
+def _since(begin: float) -> str:
+    seconds = round(time.monotonic() - begin)
+    return f"{seconds // 60} min {seconds % 60} s"

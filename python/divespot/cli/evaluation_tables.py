@@ -72,7 +72,7 @@ def remarks_table(evaluation: Evaluation) -> Table:
 def compression_table(evaluation: Evaluation) -> Table:
     """Return a row for each voxel edge, the paper's figures beside ours."""
     table = plain_table(
-        "voxel m", "kept", "mean", "largest", "held", "right", "paper: kept", "mean"
+        "voxel m", "kept", "mean", "largest", "held", "right", "paper: kept", "paper: mean"
     )
     for row in COMPRESSION:
         outcomes = [one for one in evaluation.thinned if one.voxel_m == row.voxel_m]

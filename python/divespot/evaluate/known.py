@@ -50,20 +50,10 @@ def read_list(path: str | os.PathLike[str], settings: Settings) -> list[KnownRou
         The list or a scan is not there, a column is missing, or a volume is no number above 0.
 
     """
-    try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DivespotError(f"{path}: the list of scans cannot be read ({error})") from None
-    if not rows:
-        raise DivespotError(
-            f"{path}: a header with path and volume_m3, and a row a pile are needed"
-        )
-    folder = Path(path).parent
     scans: dict[tuple[Path, str], list[float]] = {}
-    for number, row in enumerate(rows, start=2):
+    for number, row in enumerate(_rows(path), start=2):
         where = f"{path}, line {number}"
-        scan = folder / _cell(row, "path", where)
+        scan = Path(path).parent / _cell(row, "path", where)
         if not scan.is_file():
             raise DivespotError(f"{where}: there is no file {scan}")
         unit = row.get("unit") or settings.unit
@@ -77,6 +67,19 @@ def read_list(path: str | os.PathLike[str], settings: Settings) -> list[KnownRou
         )
         for (scan, unit), volumes in scans.items()
     ]
+
+
+def _rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
+    try:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise DivespotError(f"{path}: the list of scans cannot be read ({error})") from None
+    if not rows:
+        raise DivespotError(
+            f"{path}: a header with path and volume_m3, and a row a pile are needed"
+        )
+    return rows
 
 
 def _cell(row: dict[str, str], column: str, where: str) -> str:
