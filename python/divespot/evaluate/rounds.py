@@ -11,7 +11,9 @@ import functools
 import hashlib
 import json
 import multiprocessing
+import os
 import signal
+import threading
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -21,7 +23,6 @@ import divespot
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable, Iterator, Sequence
 
 Json = dict[str, Any]
@@ -90,8 +91,7 @@ def _carry_out(
         return
     # Spawned, not forked: a fork would inherit the threads of NumPy and of the core half alive.
     context = multiprocessing.get_context("spawn")
-    # Ctrl-C is the parent's: the rounds under way end, no other begins.
-    pool = ProcessPoolExecutor(jobs, context, signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    pool = ProcessPoolExecutor(jobs, context, _serve)
     try:
         futures = {pool.submit(work, one): i for i, one in rounds.items()}
         yield from ((futures[future], future.result()) for future in as_completed(futures))
@@ -101,6 +101,20 @@ def _carry_out(
         ) from None
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _serve() -> None:
+    """Leave Ctrl-C to the parent, so that rounds under way end; do not outlive it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        # Nothing is left to be told, and what waits for the next round would wait forever.
+        os._exit(1)
 
 
 class _Shelf:
