@@ -93,7 +93,7 @@ def compression_table(evaluation: Evaluation) -> Table:
 
 def real_table(evaluation: Evaluation) -> Table:
     """Return a row for each pile of each real scan."""
-    table = plain_table("scan", "reference m³", "measured m³", "u95 m³", "error %")
+    table = plain_table("scan", "known m³", "measured", "u95", "error %")
     table.add_column("remarks")
     for one in evaluation.real:
         for row in _real_rows(one):

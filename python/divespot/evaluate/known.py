@@ -76,9 +76,7 @@ def _rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DivespotError(f"{path}: the list of scans cannot be read ({error})") from None
     if not rows:
-        raise DivespotError(
-            f"{path}: a header with path and volume_m3, and a row a pile are needed"
-        )
+        raise DivespotError(f"{path}: a header with path and volume_m3 and a row a pile are needed")
     return rows
 
 
