@@ -193,7 +193,7 @@ BAD: dict[str, tuple[object, str]] = {
         {"type": "MultiPolygon", "coordinates": [[square(0.6)], [square(0.5)]]},
         "an area that is covered once is needed",
     ),
-    "hole outside": (polygon(square(0.3), square(0.1, (0.6, 0))), "a hole lies outside"),
+    "hole outside": (polygon(square(0.3), square(0.1, (0.6, 0))), "or a hole outside"),
 }
 
 
