@@ -263,16 +263,24 @@ def doubts(
     if share < FLAT_SHARE:
         found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
     for pile in piles:
-        if pile.touches_edge:
-            found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
-        if pile.base == "ground":
-            found.append(f"pile {pile.id} has no ground of its own around it")
-        if settings.base != "local" and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
-            off_m = pile.budget.base_m3 / pile.footprint_m2
-            found.append(
-                f"the ground around pile {pile.id} lies about {off_m:.2g} m off the base "
-                f"{settings.base}: was another one meant?"
-            )
+        found += _doubts_of(pile, settings)
     if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
         found.append("the density was taken as exact: density_u_kg_m3 is its standard uncertainty")
+    return found
+
+
+def _doubts_of(pile: Pile, settings: Settings) -> list[str]:
+    found = []
+    if pile.touches_edge:
+        found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
+    if pile.base == "ground":
+        found.append(f"pile {pile.id} has no ground of its own around it")
+    # A height need not be the ground's.
+    own = settings.base == "local" or pile.base == "height"
+    if not own and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
+        off_m = pile.budget.base_m3 / pile.footprint_m2
+        found.append(
+            f"the ground around pile {pile.id} lies about {off_m:.2g} m off the base "
+            f"{settings.base}: was another one meant?"
+        )
     return found
