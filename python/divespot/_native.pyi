@@ -54,6 +54,7 @@ def ground_height(
 ) -> float: ...
 def seen(
     points: NDArray[Any],
+    threads: int,
 ) -> tuple[NDArray[np.float64], tuple[float, float, float], int, int]: ...
 def survey(
     points: NDArray[Any], seed: int, threads: int

@@ -4,9 +4,8 @@
 //! (nearly) nothing below it, on which something slopes as bulk material does.
 
 use crate::error::Result;
-use crate::plane::{Cone, Plane, Settings, fit_plane};
+use crate::plane::{Cone, Plane, Settings, fit_plane, fit_scored, scored};
 use crate::pose::{hull_area, rotate, rotation_to_z};
-use crate::sample::sample;
 use crate::survey::Normal;
 use crate::{Error, Point};
 
@@ -36,15 +35,16 @@ const UPRIGHT: f64 = 0.05;
 ///
 /// As [`fit_plane`].
 pub fn find_ground(points: &[Point], normals: &[Normal], settings: &Settings) -> Result<Plane> {
-    let drawn = sample(points, COMPARED, settings.seed, settings.threads);
-    let best = candidates(&drawn, settings)?
+    let scored = scored(points, settings);
+    let drawn = &scored[..scored.len().min(COMPARED)];
+    let best = candidates(drawn, settings)?
         .into_iter()
         .flat_map(|plane| sides(plane, settings.cone))
-        .map(|plane| (score(&plane, &drawn, normals, settings.threshold_m), plane))
+        .map(|plane| (score(&plane, drawn, normals, settings.threshold_m), plane))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .ok_or(Error::Degenerate("no plane goes through the points"))?;
     let tight = Cone { axis: best.1.normal, half_angle_rad: 0.1 };
-    fit_plane(points, &Settings { cone: Some(tight), ..*settings })
+    fit_scored(points, &scored, &Settings { cone: Some(tight), ..*settings })
 }
 
 /// The planes with the most support, each found among the points that the ones before left.

@@ -179,7 +179,7 @@ fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
 }
 
 fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {
-    (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum, sums.count)))
+    (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum as f64, sums.count)))
 }
 
 /// The height at the middle of a cell.

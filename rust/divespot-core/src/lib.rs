@@ -6,6 +6,7 @@
 mod error;
 mod fixed;
 mod moments;
+mod nearest;
 mod order;
 mod parallel;
 mod robust;

@@ -77,14 +77,29 @@ pub struct Settings {
 /// Fewer than three points, all points on one line, no plane inside the cone, or a setting outside
 /// its range.
 pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
+    fit_scored(points, &scored(points, settings), settings)
+}
+
+/// The points that hypotheses are scored on.
+pub(crate) fn scored(points: &[Point], settings: &Settings) -> Vec<Point> {
+    sample(points, SCORED, settings.seed, settings.threads)
+}
+
+/// As [`fit_plane`], with the points that hypotheses are scored on.
+pub(crate) fn fit_scored(points: &[Point], scored: &[Point], settings: &Settings) -> Result<Plane> {
     positive("threshold_m", settings.threshold_m)?;
     if points.len() < 3 {
         return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
     }
-    let drawn = sample(points, SCORED, settings.seed, settings.threads);
-    let mut plane = best_hypothesis(&drawn, settings)?;
+    let plane = best_hypothesis(scored, settings)?;
     let fixed =
         Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), points.len());
+    // The few points scored leave little to settle on all of them.
+    Ok(settle(points, settle(scored, plane, fixed, settings), fixed, settings))
+}
+
+/// Refits a plane until its inliers stay the same.
+fn settle(points: &[Point], mut plane: Plane, fixed: Fixed, settings: &Settings) -> Plane {
     for _ in 0..REFITS {
         let Some(next) = refit(points, &plane, fixed, settings) else { break };
         let settled = next.inliers == plane.inliers;
@@ -93,7 +108,7 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
             break;
         }
     }
-    Ok(plane)
+    plane
 }
 
 fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {

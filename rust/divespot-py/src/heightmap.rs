@@ -20,7 +20,7 @@ pub(crate) fn height_map(
     points: &Bound<'_, PyAny>,
     cell_m: f64,
 ) -> PyResult<RawHeightMap> {
-    let (cloud, _) = cloud(points)?;
+    let (cloud, _) = cloud(points, 1)?;
     let map = py.detach(|| heightmap::height_map(&cloud.points, cell_m)).map_err(raise)?;
     let shape = [map.grid.rows, map.grid.columns];
     let [x, y, z] = cloud.origin;
