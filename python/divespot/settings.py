@@ -50,6 +50,11 @@ class Settings:
     ground_rule: Literal["lower", "first", "midpoint"] = choice(
         "the histogram's peak that is the ground", "lower", "first", "midpoint"
     )
+    ground_form: Literal["surface", "level"] = choice(
+        "what objects stand out of: the ground as a gentle surface, or the histogram's peak",
+        "surface",
+        "level",
+    )
     margin_m: float | None = positive("height above the ground from which it is an object")
     fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
     cluster_backend: Literal["divespot", "hdbscan"] = choice(
@@ -84,6 +89,7 @@ class Settings:
         paper: dict[str, Any] = {
             "scene_cluster": True,
             "voxel_m": None,
+            "ground_form": "level",
             "select": "largest",
             "base": "peak",
             "toe_m": 0.0,

@@ -82,7 +82,11 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
         return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
     }
     let drawn = sample(points, SCORED, settings.seed, settings.threads);
-    let mut plane = best_hypothesis(&drawn, settings)?;
+    Ok(settle(points, best_hypothesis(&drawn, settings)?, settings))
+}
+
+/// Refits a plane to all points within the threshold until it stays, or would leave the cone.
+pub(crate) fn settle(points: &[Point], mut plane: Plane, settings: &Settings) -> Plane {
     let fixed =
         Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), points.len());
     for _ in 0..REFITS {
@@ -93,7 +97,7 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
             break;
         }
     }
-    Ok(plane)
+    plane
 }
 
 fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::film::Film;
+use super::crease::Crease;
+use crate::film::Film;
 use crate::heightmap::Grid;
 
 /// Fewer cells than this carry no plane of their own.
@@ -18,8 +19,8 @@ const REACH: f64 = 4.685;
 /// Rounds of Tukey's biweight; it settles in about five.
 const ROUNDS: usize = 10;
 
-/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, and a film over it
-/// that follows the ground where it leaves the plane.
+/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, a fold or step where
+/// the ground has one, and a film over both that follows the ground where it leaves them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Where `level_m` holds.
@@ -34,6 +35,7 @@ pub struct Base {
     pub u_level_m: f64,
     /// What the base rests on.
     pub kind: Kind,
+    crease: Option<Crease>,
     film: Option<Film>,
 }
 
@@ -59,6 +61,7 @@ impl Base {
             noise_m,
             u_level_m,
             kind: Kind::Ground,
+            crease: None,
             film: None,
         }
     }
@@ -71,7 +74,8 @@ impl Base {
 
     fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
         let [cx, cy] = self.center_m;
-        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy)
+        let crease = self.crease.map_or(0.0, |crease| crease.at(x - cx, y - cy));
+        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + crease
     }
 
     /// The base with a film over `patch` through what the ring leaves of the plane; cells that
@@ -92,10 +96,14 @@ impl Base {
         if ring.len() < FEWEST {
             return None;
         }
-        let local: Vec<[f64; 3]> =
+        let mut local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
         let seen = sector_medians(&local, |_| 0.0).len();
         let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
+        let crease = if kind == Kind::Ring { Crease::found(&local) } else { None };
+        if let Some(crease) = crease {
+            local.iter_mut().for_each(|p| p[2] -= crease.at(p[0], p[1]));
+        }
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
         let levels = sector_medians(&local, residuals);
@@ -108,6 +116,7 @@ impl Base {
             noise_m: scale(&off),
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
+            crease,
             film: None,
         })
     }

@@ -6,7 +6,7 @@
 
 mod base;
 mod budget;
-mod film;
+mod crease;
 mod outline;
 mod patch;
 mod pieces;
@@ -21,7 +21,9 @@ pub use shape::Reason;
 
 use crate::error::{Error, Result};
 use crate::heightmap::{Grid, Volume, integrate};
-use patch::{Patch, Reach, Scene, Zone, flood};
+pub(crate) use patch::flood;
+use patch::{Patch, Reach, Scene, Zone};
+pub(crate) use territory::FOUR;
 use territory::Territory;
 
 /// How objects are measured.
