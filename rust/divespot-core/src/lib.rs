@@ -9,6 +9,7 @@ mod fixed;
 mod moments;
 mod order;
 mod parallel;
+mod robust;
 
 pub mod cloud;
 pub mod ground;

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::heightmap::Grid;
 use crate::piles::{FOUR, flood};
+use crate::robust::scale;
 
 /// The steepest ground, as rise over run: half the flattest angle of repose (15°).
 const GENTLE: f64 = 0.13;
@@ -17,8 +18,6 @@ const CERTAIN: f64 = 4.0;
 const REACHES: std::ops::RangeInclusive<usize> = 2..=6;
 /// A riser is steeper than any bulk material lies: 60°, as run over rise.
 const RISER: f64 = 0.577;
-/// Standard deviation of normal values in median absolute ones.
-const NORMAL: f64 = 1.4826;
 
 /// The ground of a height map.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,8 +89,8 @@ fn reach(grid: &Grid, heights_m: &[f64]) -> usize {
 fn cell_noise(grid: &Grid, heights_m: &[f64]) -> f64 {
     let bends = heights_m
         .chunks(grid.columns.max(1))
-        .flat_map(|row| row.windows(3).map(|h| (h[0] - 2.0 * h[1] + h[2]).abs()));
-    NORMAL * median(bends.filter(|b| !b.is_nan()).collect()) / 6.0_f64.sqrt()
+        .flat_map(|row| row.windows(3).map(|h| h[0] - 2.0 * h[1] + h[2]));
+    scale(bends.filter(|b| !b.is_nan())) / 6.0_f64.sqrt()
 }
 
 /// Sums of the seen heights over all rectangles from the grid's corner, and their number.
@@ -253,7 +252,7 @@ fn surface(
     let points: Vec<[f64; 3]> = seen.iter().map(place).collect();
     let size = [grid.columns, grid.rows].map(|n| to_f64(n) * grid.cell_m);
     let film = Film::stretched(grid.origin_m, size, grid.cell_m, &points);
-    let off = |p: &[f64; 3]| (p[2] - film.at([p[0], p[1]])).abs();
+    let off = |p: &[f64; 3]| p[2] - film.at([p[0], p[1]]);
     let beside = beside(grid, slopes, ground);
     let height = |cell: usize| match heights_m[cell] {
         seen if ground[cell] && !seen.is_nan() => seen,
@@ -262,7 +261,7 @@ fn surface(
     let all = heights_m.iter().filter(|h| !h.is_nan()).count();
     Terrain {
         surface_m: (0..grid.len()).map(height).collect(),
-        noise_m: NORMAL * median(points.iter().map(off).collect()),
+        noise_m: scale(points.iter().map(off)),
         share: to_f64(seen.len()) / to_f64(all.max(1)),
     }
 }
@@ -274,19 +273,12 @@ fn beside(grid: &Grid, slopes: &Slopes, ground: &[bool]) -> Vec<f64> {
     let heights: Vec<f64> =
         means.map(|(&mean, &is)| if is { mean } else { f64::NEG_INFINITY }).collect();
     let highest = |heights: &[f64], (dx, dy): (isize, isize)| -> Vec<f64> {
-        let around = |cell| (-reach..=reach).filter_map(move |s| grid.neighbor(cell, dx * s, dy * s));
+        let around =
+            |cell| (-reach..=reach).filter_map(move |s| grid.neighbor(cell, dx * s, dy * s));
         let most = |cell| around(cell).map(|n| heights[n]).fold(f64::NEG_INFINITY, f64::max);
         (0..grid.len()).map(most).collect()
     };
     highest(&highest(&heights, (1, 0)), (0, 1))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::crease::Crease;
+use super::bend::Bend;
 use crate::film::Film;
 use crate::heightmap::Grid;
+use crate::robust::{median, scale};
 
 /// Fewer cells than this carry no plane of their own.
 const FEWEST: usize = 12;
@@ -19,8 +20,8 @@ const REACH: f64 = 4.685;
 /// Rounds of Tukey's biweight; it settles in about five.
 const ROUNDS: usize = 10;
 
-/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, a fold or step where
-/// the ground has one, and a film over both that follows the ground where it leaves them.
+/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, how the
+/// ground bends under the object, and a film over both that follows it where it leaves them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Where `level_m` holds.
@@ -35,7 +36,7 @@ pub struct Base {
     pub u_level_m: f64,
     /// What the base rests on.
     pub kind: Kind,
-    crease: Option<Crease>,
+    bend: Option<Bend>,
     film: Option<Film>,
 }
 
@@ -61,7 +62,7 @@ impl Base {
             noise_m,
             u_level_m,
             kind: Kind::Ground,
-            crease: None,
+            bend: None,
             film: None,
         }
     }
@@ -74,8 +75,8 @@ impl Base {
 
     fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
         let [cx, cy] = self.center_m;
-        let crease = self.crease.map_or(0.0, |crease| crease.at(x - cx, y - cy));
-        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + crease
+        let bend = self.bend.map_or(0.0, |bend| bend.at(x - cx, y - cy));
+        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + bend
     }
 
     /// The base with a film over `patch` through what the ring leaves of the plane; cells that
@@ -100,9 +101,9 @@ impl Base {
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
         let seen = sector_medians(&local, |_| 0.0).len();
         let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
-        let crease = if kind == Kind::Ring { Crease::found(&local) } else { None };
-        if let Some(crease) = crease {
-            local.iter_mut().for_each(|p| p[2] -= crease.at(p[0], p[1]));
+        let bend = if kind == Kind::Ring { Bend::found(&local) } else { None };
+        if let Some(bend) = bend {
+            local.iter_mut().for_each(|p| p[2] -= bend.at(p[0], p[1]));
         }
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
@@ -113,10 +114,10 @@ impl Base {
             center_m,
             level_m: plane[0],
             tilt: [plane[1], plane[2]],
-            noise_m: scale(&off),
+            noise_m: scale(off.iter().copied()),
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
-            crease,
+            bend,
             film: None,
         })
     }
@@ -131,7 +132,7 @@ fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
     for _ in 0..ROUNDS {
         let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
-        let reach = REACH * scale(&off).max(f64::MIN_POSITIVE);
+        let reach = REACH * scale(off.iter().copied()).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
         plane = weighted_plane(local, off.iter().map(weigh), kind)?;
     }
@@ -165,19 +166,6 @@ fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64>
         sectors[sector].push(of(p));
     }
     sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
-}
-
-/// Standard deviation of normal values, from the median of their sizes.
-fn scale(off: &[f64]) -> f64 {
-    1.4826 * median(off.iter().map(|r| r.abs()).collect())
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

@@ -5,8 +5,10 @@
 //! kept, signed: outside the pile they average to nothing, so no factor is needed.
 
 mod base;
+mod bend;
 mod budget;
 mod crease;
+mod nodes;
 mod outline;
 mod patch;
 mod pieces;
