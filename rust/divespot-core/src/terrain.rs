@@ -11,7 +11,7 @@ use crate::piles::{FOUR, flood};
 use crate::robust::scale;
 
 /// The steepest ground, as rise over run: half the flattest angle of repose (15°).
-const GENTLE: f64 = 0.13;
+pub(crate) const GENTLE: f64 = 0.13;
 /// The window of the slope is so wide that its noise is this many times smaller than [`GENTLE`].
 const CERTAIN: f64 = 4.0;
 /// Half-widths of that window, in cells.
@@ -284,4 +284,74 @@ fn beside(grid: &Grid, slopes: &Slopes, ground: &[bool]) -> Vec<f64> {
 #[allow(clippy::cast_precision_loss)] // counts of cells
 fn to_f64(n: usize) -> f64 {
     n as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    const CELL: f64 = 0.02;
+    const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: CELL, columns: 120, rows: 90 };
+
+    fn map(height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        let noise = |cell: u64| 0.002 * ((mix(cell) >> 11) as f64 / (1u64 << 53) as f64 - 0.5);
+        let at = |cell: usize| {
+            let [x, y] = GRID.center(cell);
+            height(x, y) + noise(cell as u64)
+        };
+        (0..GRID.len()).map(at).collect()
+    }
+
+    fn cone(x: f64, y: f64) -> f64 {
+        (0.45 * (0.5 - (x - 1.2).hypot(y - 0.9))).max(0.0)
+    }
+
+    /// Whether exactly the cells that stand 2 cm or more above the floor stand above the surface.
+    fn only_stands(floor: impl Fn(f64, f64) -> f64, on_it: impl Fn(f64, f64) -> f64, level: f64) {
+        let heights = map(|x, y| floor(x, y) + on_it(x, y));
+        let terrain = terrain(&GRID, &heights, level, 0.01).unwrap();
+        for cell in 0..GRID.len() {
+            let [x, y] = GRID.center(cell);
+            let high = heights[cell] > terrain.surface_m[cell] + 0.008;
+            let stands = on_it(x, y);
+            assert!(!high || stands > 0.0, "{x} {y}: {stands} is no object");
+            assert!(high || stands < 0.05, "{x} {y}: {stands} is an object");
+        }
+        assert!(terrain.noise_m < 0.002, "{}", terrain.noise_m);
+    }
+
+    #[test]
+    fn a_cone_stands_on_ground_of_any_gentle_form() {
+        only_stands(|_, _| 0.5, cone, 0.5);
+        only_stands(|x, y| 0.05 * x - 0.03 * y, cone, 0.0);
+        only_stands(|x, y| 0.006 * (3.0 * x).sin() * (2.5 * y).cos(), cone, 0.0);
+        only_stands(|x, _| 0.052 * (x - 1.1).max(0.0), cone, 0.0);
+        only_stands(|x, _| -0.052 * (x - 1.1).max(0.0), cone, 0.0);
+    }
+
+    #[test]
+    fn a_step_across_the_scan_is_ground_on_both_sides() {
+        let step = |x: f64, _: f64| if x > 1.3 { 0.03 } else { 0.0 };
+        only_stands(step, cone, 0.0);
+        only_stands(step, cone, 0.03);
+    }
+
+    #[test]
+    fn a_plate_amid_the_floor_and_a_heap_with_a_flat_top_are_no_ground() {
+        let plate = |x: f64, y: f64| {
+            if (0.6..1.6).contains(&x) && (0.4..1.2).contains(&y) { 0.06 } else { 0.0 }
+        };
+        only_stands(|_, _| 0.0, plate, 0.0);
+        let heap = |x: f64, _: f64| (0.45 * (x - 1.2)).clamp(0.0, 0.08);
+        only_stands(|_, _| 0.0, heap, 0.0);
+    }
+
+    #[test]
+    fn where_nothing_is_near_the_level_the_ground_is_level() {
+        let heights = map(|x, _| 3.0 * x);
+        let found = terrain(&GRID, &heights, 0.25, 0.01).unwrap();
+        assert!(found.surface_m.iter().all(|&h| h == 0.25) && found.noise_m == 0.0);
+        assert!(terrain(&GRID, &heights[1..], 0.25, 0.01).is_err());
+    }
 }

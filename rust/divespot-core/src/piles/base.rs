@@ -90,10 +90,11 @@ impl Base {
         self
     }
 
-    /// The plane through `ring` (x, y, height), stray cells weighing nothing; as yet without a film.
+    /// The plane through `ring`, cells (x, y, height) of edge `cell_m`, with the bend that it shows;
+    /// stray cells weigh nothing. As yet without a film.
     ///
     /// `None` where the ring is too small to say anything.
-    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]]) -> Option<Self> {
+    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
         if ring.len() < FEWEST {
             return None;
         }
@@ -101,7 +102,7 @@ impl Base {
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
         let seen = sector_medians(&local, |_| 0.0).len();
         let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
-        let bend = if kind == Kind::Ring { Bend::found(&local) } else { None };
+        let bend = if kind == Kind::Ring { Bend::found(&local, cell_m) } else { None };
         if let Some(bend) = bend {
             local.iter_mut().for_each(|p| p[2] -= bend.at(p[0], p[1]));
         }
@@ -187,7 +188,7 @@ mod tests {
     fn a_sloping_floor_with_debris_is_found() {
         let mut cells = ring(|x, y| 0.5 + 0.03 * x - 0.01 * y);
         cells.iter_mut().step_by(4).for_each(|c| c[2] += 0.4);
-        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
         assert!((base.at([5.0, 7.0]) - 0.58).abs() < 1e-9, "{base:?}");
         assert!((base.at([6.0, 9.0]) - (0.5 + 0.18 - 0.09)).abs() < 1e-9);
         assert_eq!(base.kind, Kind::Ring);
@@ -196,8 +197,8 @@ mod tests {
     #[test]
     fn a_ring_seen_on_one_side_keeps_the_grounds_tilt() {
         let cells: Vec<_> = ring(|_, _| 0.25).into_iter().filter(|p| p[0] > 6.0).collect();
-        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
         assert_eq!((base.kind, base.tilt, base.level_m), (Kind::RingLevel, [0.0; 2], 0.25));
-        assert_eq!(Base::around([5.0, 7.0], &cells[..5]), None);
+        assert_eq!(Base::around([5.0, 7.0], &cells[..5], 0.1), None);
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::nodes::{Nodes, without};
 use crate::robust::scale;
+use crate::terrain::GENTLE;
 
 /// Directions and places of a line that are tried first.
 const DIRECTIONS: u32 = 18;
@@ -33,6 +34,8 @@ pub(crate) struct Crease {
     line: Line,
     /// The height of a step; the change of slope across a fold.
     rise: f64,
+    /// Edge of the squares whose heights it is to meet.
+    width_m: f64,
 }
 
 /// The line of the places `p` with `p · (cos, sin) = at_m`.
@@ -50,11 +53,11 @@ impl Line {
 }
 
 impl Kind {
-    fn value(self, beyond: f64) -> f64 {
+    /// What a unit crease adds at this distance beyond the line, on average over a square as wide.
+    fn value(self, beyond: f64, width_m: f64) -> f64 {
         match self {
             Self::Fold => beyond.max(0.0),
-            Self::Step if beyond > 0.0 => 1.0,
-            Self::Step => 0.0,
+            Self::Step => (beyond / width_m + 0.5).clamp(0.0, 1.0),
         }
     }
 }
@@ -62,7 +65,7 @@ impl Kind {
 impl Crease {
     /// What the crease adds to the plane at a place.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
-        self.rise * self.kind.value(self.line.beyond(x, y))
+        self.rise * self.kind.value(self.line.beyond(x, y), self.width_m)
     }
 
     /// The crease that explains most of `left`, which is what `plane` leaves of the heights.
@@ -77,9 +80,17 @@ impl Crease {
         let (_, kind, line) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let turn = std::f64::consts::PI / f64::from(DIRECTIONS);
         let line = moved(line, nodes.size_m / f64::from(PLACES), turn, |line| cost(kind, line));
-        let across = across(nodes, plane, kind, line);
-        let rise = across.dot(left) / across.norm_squared().max(f64::MIN_POSITIVE);
-        Some(Self { kind, line, rise })
+        let rise = rise(nodes, plane, left, kind, line);
+        Some(Self { kind, line, rise, width_m: nodes.step_m })
+    }
+
+    /// Whether it can be a floor's: gentle on either side of a fold, low for the size of the ring.
+    pub(crate) fn is_floor(&self, nodes: &Nodes) -> bool {
+        let most = match self.kind {
+            Kind::Fold => 2.0 * GENTLE,
+            Kind::Step => GENTLE * nodes.size_m,
+        };
+        self.rise.abs() <= most
     }
 
     /// The squares that the crease leaves of `left`, as a share of those of `smooth`; nodes that
@@ -97,25 +108,43 @@ impl Crease {
         squares(&rest) / squares(smooth)
     }
 
-    /// The crease with its line moved to where it leaves least of the ring's single cells.
-    pub(crate) fn settled(self, ring: &[[f64; 3]], nodes: &Nodes) -> Self {
+    /// The crease with its line moved to where it leaves least of the ring's single cells, whose
+    /// edge is `cell_m`.
+    pub(crate) fn settled(
+        self,
+        ring: &[[f64; 3]],
+        cell_m: f64,
+        nodes: &Nodes,
+        plane: &DMatrix<f64>,
+        left: &DVector<f64>,
+    ) -> Self {
         let most = STRAY * nodes.noise_m;
         let cost = |line: Line| {
-            let crease = Self { line, ..self };
-            let Some([level, along, across]) = nodes.plane_under(|x, y| crease.at(x, y)) else {
+            let rise = rise(nodes, plane, left, self.kind, line);
+            let (rough, crease) =
+                (Self { line, rise, ..self }, Self { line, rise, width_m: cell_m, ..self });
+            let Some([level, along, across]) = nodes.plane_under(|x, y| rough.at(x, y)) else {
                 return f64::INFINITY;
             };
             let off = |&[x, y, z]: &[f64; 3]| z - level - along * x - across * y - crease.at(x, y);
             ring.iter().map(|p| off(p).abs().min(most).powi(2)).sum()
         };
         let turn = nodes.step_m / nodes.size_m;
-        Self { line: moved(self.line, nodes.step_m, turn, cost), ..self }
+        let line = moved(self.line, nodes.step_m, turn, cost);
+        let rise = rise(nodes, plane, left, self.kind, line);
+        Self { line, rise, width_m: cell_m, ..self }
     }
 }
 
 /// What a plane leaves of a unit crease.
 fn across(nodes: &Nodes, plane: &DMatrix<f64>, kind: Kind, line: Line) -> DVector<f64> {
-    without(plane, &nodes.values(|x, y| kind.value(line.beyond(x, y))))
+    without(plane, &nodes.values(|x, y| kind.value(line.beyond(x, y), nodes.step_m)))
+}
+
+/// How much of a unit crease explains most of `left`.
+fn rise(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>, kind: Kind, line: Line) -> f64 {
+    let across = across(nodes, plane, kind, line);
+    across.dot(left) / across.norm_squared().max(f64::MIN_POSITIVE)
 }
 
 /// Lines in all directions that leave something of the ring on either side.

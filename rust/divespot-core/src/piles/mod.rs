@@ -165,7 +165,7 @@ fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
         [x, y, patch.heights_m[cell]]
     };
     let ring: Vec<[f64; 3]> = seen.map(place).collect();
-    Some((Base::around([mean(0), mean(1)], &ring)?, ring))
+    Some((Base::around([mean(0), mean(1)], &ring, patch.grid.cell_m)?, ring))
 }
 
 fn ring_base(patch: &Patch) -> Option<Base> {
