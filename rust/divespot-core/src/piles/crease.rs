@@ -13,6 +13,8 @@ const DIRECTIONS: u32 = 18;
 const PLACES: u32 = 16;
 /// Rounds in which the best line is moved and turned by ever half as much.
 const ROUNDS: usize = 6;
+/// Rounds of fitting the line to single cells and the rest to nodes.
+const SETTLINGS: usize = 2;
 /// A line must leave this share of the ring on either side.
 const LEAST_SIDE: f64 = 0.1;
 /// What is further off than this many standard deviations tells nothing.
@@ -109,30 +111,32 @@ impl Crease {
     }
 
     /// The crease with its line moved to where it leaves least of the ring's single cells, whose
-    /// edge is `cell_m`.
+    /// edge is `cell_m`; those far off count no more than strays.
     pub(crate) fn settled(
-        self,
+        mut self,
         ring: &[[f64; 3]],
         cell_m: f64,
         nodes: &Nodes,
         plane: &DMatrix<f64>,
         left: &DVector<f64>,
     ) -> Self {
-        let most = STRAY * nodes.noise_m;
-        let cost = |line: Line| {
-            let rise = rise(nodes, plane, left, self.kind, line);
-            let (rough, crease) =
-                (Self { line, rise, ..self }, Self { line, rise, width_m: cell_m, ..self });
+        for _ in 0..SETTLINGS {
+            let rough = Self { width_m: nodes.step_m, ..self };
             let Some([level, along, across]) = nodes.plane_under(|x, y| rough.at(x, y)) else {
-                return f64::INFINITY;
+                break;
             };
-            let off = |&[x, y, z]: &[f64; 3]| z - level - along * x - across * y - crease.at(x, y);
-            ring.iter().map(|p| off(p).abs().min(most).powi(2)).sum()
-        };
-        let turn = nodes.step_m / nodes.size_m;
-        let line = moved(self.line, nodes.step_m, turn, cost);
-        let rise = rise(nodes, plane, left, self.kind, line);
-        Self { line, rise, width_m: cell_m, ..self }
+            let most = STRAY * nodes.noise_m;
+            let cost = |line: Line| {
+                let crease = Self { line, width_m: cell_m, ..self };
+                let off =
+                    |&[x, y, z]: &[f64; 3]| z - level - along * x - across * y - crease.at(x, y);
+                ring.iter().map(|p| off(p).abs().min(most).powi(2)).sum()
+            };
+            let line = moved(self.line, nodes.step_m, nodes.step_m / nodes.size_m, cost);
+            let rise = rise(nodes, plane, left, self.kind, line);
+            self = Self { line, rise, width_m: cell_m, ..self };
+        }
+        self
     }
 }
 
