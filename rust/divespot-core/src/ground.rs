@@ -19,7 +19,7 @@ const CANDIDATES: usize = 6;
 const COMPARED: usize = 2000;
 /// The smallest share of the points that a candidate may rest on.
 const LEAST_SHARE: f64 = 0.02;
-/// A point counts as above or below when it is this many thresholds off the plane.
+/// A point counts as below when it is this many thresholds off the plane.
 const CLEAR: f64 = 2.0;
 /// A point below counts where it lies deeper than a fold or a slope of the ground takes it, for
 /// its distance from the middle of the plane's points: an angle of 6°.
@@ -88,10 +88,10 @@ fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -
     let share = |count: usize, of: usize| to_f64(count) / to_f64(of.max(1));
     let above: Vec<Slope> = normals
         .iter()
-        .filter(|n| plane.height(&n.at) > CLEAR * threshold_m)
+        .filter(|n| plane.height(&n.at) > threshold_m)
         .map(|n| Slope::of(n, plane))
         .collect();
-    let poured = poured(&above) / to_f64(normals.len().max(1));
+    let poured = poured(&above, threshold_m) / to_f64(normals.len().max(1));
     let square = above.iter().filter(|s| s.is_square()).count();
     share(on.len(), drawn.len())
         + SQUARE * share(square, normals.len())
@@ -141,13 +141,12 @@ impl Slope {
 /// The slopes that can be poured material's, discounted by how little they face all sides and how
 /// much of them is at the top: one flank seen from another, or a floor seen from a box's top, is
 /// no pile.
-fn poured(above: &[Slope]) -> f64 {
+fn poured(above: &[Slope], threshold_m: f64) -> f64 {
     let slopes: Vec<&Slope> = above.iter().filter(|s| s.is_poured()).collect();
     if slopes.is_empty() {
         return 0.0;
     }
-    let count = to_f64(slopes.len());
-    count * all_round(&slopes) * (2.0 * low(&slopes) / count).min(1.0)
+    all_round(&slopes) * (2.0 * low(&slopes, threshold_m)).min(to_f64(slopes.len()))
 }
 
 /// How evenly slopes face all sides: 1 for a cone or a half of one, 0 for a ramp or a roof.
@@ -159,15 +158,87 @@ fn all_round(slopes: &[&Slope]) -> f64 {
     1.0 - (2.0 * squares - 1.0).clamp(0.0, 1.0).sqrt()
 }
 
-/// The number of slopes in the lower half of their heights above the plane.
-fn low(slopes: &[&Slope]) -> f64 {
+/// The number of slopes in the lower half of the heights from the threshold to their top.
+fn low(slopes: &[&Slope], threshold_m: f64) -> f64 {
     let mut heights: Vec<f64> = slopes.iter().map(|s| s.height_m).collect();
     heights.sort_unstable_by(f64::total_cmp);
     let top = heights[(TOP * to_f64(heights.len() - 1)) as usize];
-    to_f64(heights.partition_point(|&h| h < 0.5 * top))
+    to_f64(heights.partition_point(|&h| h < threshold_m.midpoint(top)))
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of points
 fn to_f64(n: usize) -> f64 {
     n as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::{Rotation, rotate, rotation_to_z};
+    use crate::survey::survey;
+
+    /// Points of a floor of 2 m by 1 m and a wall of `wall_m` behind it, on a raster of `STEP`.
+    fn room(wall_m: f64) -> Vec<Point> {
+        let at = |i: i32| (f64::from(i) + 0.5) * STEP;
+        let cone = |x: f64, y: f64| (0.5 * (0.3 - (x - 1.0).hypot(y - 0.45))).max(0.0);
+        let floor = (0..80).flat_map(|i| (0..40).map(move |j| (at(i), at(j))));
+        let wall = (0..80).flat_map(|i| (0..80).map(move |j| (at(i), at(j))));
+        floor
+            .map(|(x, y)| [x, y, cone(x, y)])
+            .chain(wall.filter(|w| w.1 < wall_m).map(|(x, z)| [x, 1.0, z]))
+            .collect()
+    }
+
+    const STEP: f64 = 0.025;
+
+    fn settings(seed: u64, cone: Option<Cone>) -> Settings {
+        Settings { threshold_m: 0.01, hypotheses: 1000, cone, seed, threads: 1 }
+    }
+
+    fn ground(points: &[Point], seed: u64, cone: Option<Cone>) -> Plane {
+        let normals = survey(points, seed, 1).unwrap().normals;
+        find_ground(points, &normals, &settings(seed, cone)).unwrap()
+    }
+
+    fn along(a: Point, b: Point) -> f64 {
+        Vector3::from(a).dot(&Vector3::from(b))
+    }
+
+    #[test]
+    fn a_wall_twice_the_floor_is_not_the_ground_whichever_way_the_scan_lies() {
+        let points = room(2.0);
+        for (seed, up) in
+            (0..).zip([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.3, -0.9, 0.1], [1.0, 1.0, -2.0]])
+        {
+            let turn: Rotation = rotation_to_z(up).unwrap();
+            let turned = rotate(&points, &turn, 1);
+            let floor = rotate(&[[0.0, 0.0, 1.0]], &turn, 1)[0];
+            let plane = ground(&turned, seed, None);
+            assert!(along(plane.normal, floor) > 0.999, "{up:?}: {plane:?}");
+        }
+    }
+
+    #[test]
+    fn a_cone_of_directions_beats_what_lies_on_the_floor() {
+        let cone = Some(Cone { axis: [0.0, -1.0, 0.1], half_angle_rad: 0.5 });
+        let plane = ground(&room(2.0), 1, cone);
+        assert!(plane.normal[1] < -0.999 && (plane.offset_m + 1.0).abs() < 0.005, "{plane:?}");
+    }
+
+    #[test]
+    fn the_top_of_a_box_is_not_the_ground_from_either_side() {
+        let on = |p: &Point| (0.2..0.7).contains(&p[0]) && (0.2..0.7).contains(&p[1]);
+        let raise = |p: Point| if on(&p) { [p[0], p[1], 0.3] } else { p };
+        let points: Vec<Point> = room(0.0).into_iter().map(raise).collect();
+        let plane = ground(&points, 2, None);
+        assert!(plane.normal[2] > 0.999 && plane.offset_m.abs() < 0.005, "{plane:?}");
+    }
+
+    #[test]
+    fn half_of_a_ridge_has_nothing_below_it() {
+        let fold = |p: Point| [p[0], p[1], p[2] - 0.05 * (p[0] - 1.0).max(0.0)];
+        let points: Vec<Point> = room(1.0).into_iter().map(fold).collect();
+        let plane = ground(&points, 3, None);
+        assert!(plane.normal[2] > 0.998, "{plane:?}");
+    }
 }
