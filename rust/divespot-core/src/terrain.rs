@@ -61,16 +61,17 @@ impl Slopes {
         let sums = Sums::of(grid, heights_m);
         let k = reach.cast_signed();
         let run = to_f64(reach + 1) * grid.cell_m;
-        let mean = |cell, columns, rows| sums.mean(cell, columns, rows);
-        let gentle = |cell: usize| {
-            let along = mean(cell, (1, k), (-k, k)) - mean(cell, (-k, -1), (-k, k));
-            let across = mean(cell, (-k, k), (1, k)) - mean(cell, (-k, k), (-k, -1));
-            along.hypot(across) <= GENTLE * run
+        let gentle = |at: (usize, usize)| {
+            let mean = |columns, rows| sums.mean(at, columns, rows);
+            let along = mean((1, k), (-k, k)) - mean((-k, -1), (-k, k));
+            let across = mean((-k, k), (1, k)) - mean((-k, k), (-k, -1));
+            along * along + across * across <= (GENTLE * run).powi(2)
         };
+        let places = || (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
         Self {
             reach,
-            means_m: (0..grid.len()).map(|cell| mean(cell, (-k, k), (-k, k))).collect(),
-            gentle: (0..grid.len()).map(gentle).collect(),
+            means_m: places().map(|at| sums.mean(at, (-k, k), (-k, k))).collect(),
+            gentle: places().map(gentle).collect(),
         }
     }
 }
@@ -117,10 +118,14 @@ impl<'a> Sums<'a> {
         Self { grid, sums }
     }
 
-    /// The mean over cells from `columns.0` to `columns.1` and `rows.0` to `rows.1` off a cell;
-    /// NaN where fewer than half of them were seen.
-    fn mean(&self, cell: usize, columns: (isize, isize), rows: (isize, isize)) -> f64 {
-        let (column, row) = (cell % self.grid.columns, cell / self.grid.columns);
+    /// The mean over cells from `columns.0` to `columns.1` and `rows.0` to `rows.1` off a column
+    /// and row; NaN where fewer than half of them were seen.
+    fn mean(
+        &self,
+        (column, row): (usize, usize),
+        columns: (isize, isize),
+        rows: (isize, isize),
+    ) -> f64 {
         let clip = |at: usize, (low, high): (isize, isize), size: usize| {
             (at.saturating_add_signed(low).min(size), at.saturating_add_signed(high + 1).min(size))
         };
@@ -268,17 +273,25 @@ fn surface(
 
 /// The highest ground within a window's reach of each cell.
 fn beside(grid: &Grid, slopes: &Slopes, ground: &[bool]) -> Vec<f64> {
-    let reach = slopes.reach.cast_signed() + 1;
+    let reach = slopes.reach + 1;
+    let highest = |a: f64, b: &f64| a.max(*b);
     let means = slopes.means_m.iter().zip(ground);
     let heights: Vec<f64> =
         means.map(|(&mean, &is)| if is { mean } else { f64::NEG_INFINITY }).collect();
-    let highest = |heights: &[f64], (dx, dy): (isize, isize)| -> Vec<f64> {
-        let around =
-            |cell| (-reach..=reach).filter_map(move |s| grid.neighbor(cell, dx * s, dy * s));
-        let most = |cell| around(cell).map(|n| heights[n]).fold(f64::NEG_INFINITY, f64::max);
-        (0..grid.len()).map(most).collect()
-    };
-    highest(&highest(&heights, (1, 0)), (0, 1))
+    let around = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
+    let mut along = Vec::with_capacity(heights.len());
+    for row in heights.chunks(grid.columns.max(1)) {
+        let most = |at| row[around(at, row.len())].iter().fold(f64::NEG_INFINITY, highest);
+        along.extend((0..row.len()).map(most));
+    }
+    let mut all = vec![f64::NEG_INFINITY; heights.len()];
+    for (at, line) in all.chunks_mut(grid.columns.max(1)).enumerate() {
+        for row in around(at, grid.rows) {
+            let other = &along[row * grid.columns..][..grid.columns];
+            line.iter_mut().zip(other).for_each(|(most, height)| *most = most.max(*height));
+        }
+    }
+    all
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells
