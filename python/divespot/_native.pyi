@@ -26,6 +26,7 @@ __all__ = [
     "seen",
     "surface_base",
     "survey",
+    "terrain",
     "voxel_downsample",
 ]
 
@@ -43,6 +44,9 @@ def hdbscan(
 def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...
+def terrain(
+    heights_m: NDArray[np.float64], cell_m: float, level_m: float, near_m: float
+) -> tuple[NDArray[np.float64], float, float]: ...
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...

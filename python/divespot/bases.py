@@ -196,7 +196,7 @@ def whole_base(
     """
     if bases.chosen is not None:
         return bases.chosen.over(grid.heights_m.shape, grid.origin_m, grid.cell_m)
-    off = np.abs(grid.heights_m - ground.height_m)
+    off = np.abs(grid.heights_m - ground.surface_m)
     seen = np.where(off <= given(settings.margin_m), grid.heights_m, np.nan)
     return np.where(np.isnan(below_m), seen, below_m)
 

@@ -43,23 +43,44 @@ LOOSE_SHARE = 0.25
 
 @dataclass(frozen=True)
 class GroundLevel:
-    """Height of the ground in the level frame and the spread of its cells."""
+    """Height of the ground in the level frame and the spread of its cells.
+
+    Attributes
+    ----------
+    height_m
+        The height of most of it.
+    noise_m
+        Standard deviation of its cells about `surface_m`.
+    surface_m
+        Shape ``(rows, columns)``: its height in each cell.
+
+    """
 
     height_m: float
     noise_m: float
+    surface_m: NDArray[np.float64]
 
 
 def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Settings]:
-    """Find the ground's height and noise, and the lengths that follow from them.
-
-    The noise is taken from the cells below the ground: those above may belong to a pile.
-    """
-    heights = grid.heights_m[~np.isnan(grid.heights_m)]
+    """Find the ground's height, surface and noise, and the lengths that follow from them."""
     height = peak_m(grid, settings.base, settings)
-    below = height - heights[heights < height]
-    near = below[below < 2.0 * given(settings.plane_threshold_m)]
+    find = _level if settings.ground_form == "level" else _surface
+    ground = find(grid, height, 2.0 * given(settings.plane_threshold_m))
+    return ground, settings.grounded(ground.noise_m)
+
+
+def _surface(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
+    """Return a gentle surface through the ground and beneath what stands on it."""
+    surface, noise, _ = _native.terrain(grid.heights_m, grid.cell_m, height_m, near_m)
+    return GroundLevel(height_m, noise, surface.reshape(grid.heights_m.shape))
+
+
+def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
+    """Return one height; its noise is that of the cells below: those above may be a pile's."""
+    below = height_m - grid.heights_m[grid.heights_m < height_m]
+    near = below[below < near_m]
     noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
-    return GroundLevel(height, noise), settings.grounded(noise)
+    return GroundLevel(height_m, noise, np.full(grid.heights_m.shape, height_m))
 
 
 def find_objects(
@@ -77,7 +98,7 @@ def find_objects(
     """
     heights = grid.heights_m.ravel()
     x, y = grid.centers_m()
-    above = np.flatnonzero(heights > ground.height_m + given(settings.margin_m))
+    above = np.flatnonzero(heights > ground.surface_m.ravel() + given(settings.margin_m))
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
     kept = _in_company(cells, settings)
     labels = np.full(len(heights), -1, dtype=np.int32)

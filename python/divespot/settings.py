@@ -48,6 +48,11 @@ class Settings:
     lower_fraction: float = positive(
         "part of the height range in which the ground lies", 0.5, most=1.0
     )
+    ground_form: Literal["surface", "level"] = choice(
+        "what objects stand out of: the ground as a gentle surface, or the histogram's peak",
+        "surface",
+        "level",
+    )
     margin_m: float | None = positive("height above the ground from which it is an object")
     fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
     cluster_backend: Literal["divespot", "hdbscan"] = choice(
@@ -97,6 +102,7 @@ class Settings:
         paper: dict[str, Any] = {
             "scene_cluster": True,
             "voxel_m": None,
+            "ground_form": "level",
             "select": "largest",
             "base": "peak",
             "toe_m": 0.0,

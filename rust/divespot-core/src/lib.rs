@@ -4,6 +4,7 @@
 //! returns the same bits for the same points in any order, at any number of threads.
 
 mod error;
+mod film;
 mod fixed;
 mod moments;
 mod nearest;
@@ -23,6 +24,7 @@ pub mod plane;
 pub mod pose;
 pub mod sample;
 pub mod survey;
+pub mod terrain;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};

@@ -77,7 +77,12 @@ pub struct Settings {
 /// Fewer than three points, all points on one line, no plane inside the cone, or a setting outside
 /// its range.
 pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
-    fit_scored(points, &scored(points, settings), settings)
+    positive("threshold_m", settings.threshold_m)?;
+    if points.len() < 3 {
+        return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
+    }
+    let scored = scored(points, settings);
+    Ok(settled(points, &scored, best_hypothesis(&scored, settings)?, settings))
 }
 
 /// The points that hypotheses are scored on.
@@ -85,20 +90,19 @@ pub(crate) fn scored(points: &[Point], settings: &Settings) -> Vec<Point> {
     sample(points, SCORED, settings.seed, settings.threads)
 }
 
-/// As [`fit_plane`], with the points that hypotheses are scored on.
-pub(crate) fn fit_scored(points: &[Point], scored: &[Point], settings: &Settings) -> Result<Plane> {
-    positive("threshold_m", settings.threshold_m)?;
-    if points.len() < 3 {
-        return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
-    }
-    let plane = best_hypothesis(scored, settings)?;
+/// Refits a plane until its inliers stay the same, or it would leave the cone: to the few points
+/// scored first, which leaves little to settle on all of them.
+pub(crate) fn settled(
+    points: &[Point],
+    scored: &[Point],
+    plane: Plane,
+    settings: &Settings,
+) -> Plane {
     let fixed =
         Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), points.len());
-    // The few points scored leave little to settle on all of them.
-    Ok(settle(points, settle(scored, plane, fixed, settings), fixed, settings))
+    settle(points, settle(scored, plane, fixed, settings), fixed, settings)
 }
 
-/// Refits a plane until its inliers stay the same.
 fn settle(points: &[Point], mut plane: Plane, fixed: Fixed, settings: &Settings) -> Plane {
     for _ in 0..REFITS {
         let Some(next) = refit(points, &plane, fixed, settings) else { break };

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::film::Film;
+use super::bend::Bend;
 use super::surface::Surface;
+use crate::film::Film;
 use crate::heightmap::Grid;
 use crate::robust::{median, scale};
 
@@ -22,8 +23,9 @@ const REACH: f64 = 4.685;
 /// Rounds of Tukey's biweight; it settles in about five.
 const ROUNDS: usize = 10;
 
-/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, and a film over it
-/// that follows the ground where it leaves the plane; or a surface that was given.
+/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, how the ground bends
+/// under the object, and a film over both that follows it where it leaves them; or a surface that
+/// was given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Where `level_m` holds.
@@ -38,6 +40,7 @@ pub struct Base {
     pub u_level_m: f64,
     /// What the base rests on.
     pub kind: Kind,
+    bend: Option<Bend>,
     film: Option<Film>,
     surface: Option<Arc<Surface>>,
 }
@@ -66,7 +69,8 @@ impl Base {
     #[must_use]
     pub fn plane(level_m: f64, tilt: [f64; 2], noise_m: f64, u_level_m: f64, kind: Kind) -> Self {
         let center_m = [0.0; 2];
-        Self { center_m, level_m, tilt, noise_m, u_level_m, kind, film: None, surface: None }
+        let (bend, film, surface) = (None, None, None);
+        Self { center_m, level_m, tilt, noise_m, u_level_m, kind, bend, film, surface }
     }
 
     /// A surface that was given; `noise_m` is that of the scan which is held against it.
@@ -110,7 +114,8 @@ impl Base {
 
     fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
         let [cx, cy] = self.center_m;
-        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy)
+        let bend = self.bend.map_or(0.0, |bend| bend.at(x - cx, y - cy));
+        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + bend
     }
 
     /// The base with a film over `patch` through what the ring leaves of the plane; cells that
@@ -124,17 +129,22 @@ impl Base {
         self
     }
 
-    /// The plane through `ring` (x, y, height), stray cells weighing nothing; as yet without a film.
+    /// The plane through `ring`, cells (x, y, height) of edge `cell_m`, with the bend that it shows;
+    /// stray cells weigh nothing. As yet without a film.
     ///
     /// `None` where the ring is too small to say anything.
-    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]]) -> Option<Self> {
+    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
         if ring.len() < FEWEST {
             return None;
         }
-        let local: Vec<[f64; 3]> =
+        let mut local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
         let seen = sector_medians(&local, |_| 0.0).len();
         let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
+        let bend = if kind == Kind::Ring { Bend::found(&local, cell_m) } else { None };
+        if let Some(bend) = bend {
+            local.iter_mut().for_each(|p| p[2] -= bend.at(p[0], p[1]));
+        }
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
         let levels = sector_medians(&local, residuals);
@@ -147,6 +157,7 @@ impl Base {
             noise_m: scale(off.iter().copied()),
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
+            bend,
             film: None,
             surface: None,
         })
@@ -217,7 +228,7 @@ mod tests {
     fn a_sloping_floor_with_debris_is_found() {
         let mut cells = ring(|x, y| 0.5 + 0.03 * x - 0.01 * y);
         cells.iter_mut().step_by(4).for_each(|c| c[2] += 0.4);
-        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
         assert!((base.at([5.0, 7.0]) - 0.58).abs() < 1e-9, "{base:?}");
         assert!((base.at([6.0, 9.0]) - (0.5 + 0.18 - 0.09)).abs() < 1e-9);
         assert_eq!(base.kind, Kind::Ring);
@@ -226,8 +237,8 @@ mod tests {
     #[test]
     fn a_ring_seen_on_one_side_keeps_the_grounds_tilt() {
         let cells: Vec<_> = ring(|_, _| 0.25).into_iter().filter(|p| p[0] > 6.0).collect();
-        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
         assert_eq!((base.kind, base.tilt, base.level_m), (Kind::RingLevel, [0.0; 2], 0.25));
-        assert_eq!(Base::around([5.0, 7.0], &cells[..5]), None);
+        assert_eq!(Base::around([5.0, 7.0], &cells[..5], 0.1), None);
     }
 }

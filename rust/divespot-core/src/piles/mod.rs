@@ -5,8 +5,10 @@
 //! kept, signed: outside the pile they average to nothing, so no factor is needed.
 
 mod base;
+mod bend;
 mod budget;
-mod film;
+mod crease;
+mod nodes;
 mod outline;
 mod patch;
 mod pieces;
@@ -25,8 +27,10 @@ pub use surface::Surface;
 
 use crate::error::{Error, Result};
 use crate::heightmap::{Grid, Volume, integrate};
+pub(crate) use patch::flood;
 use patch::{Patch, Reach, Scene, Zone};
 use region::part_height;
+pub(crate) use territory::FOUR;
 use territory::Territory;
 
 /// How objects are measured.
@@ -216,7 +220,7 @@ fn ring(patch: &Patch) -> ([f64; 2], Vec<[f64; 3]>) {
 /// The plane through the ring of ground around an object, and the ring's cells.
 fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
     let (center, ring) = ring(patch);
-    Some((Base::around(center, &ring)?, ring))
+    Some((Base::around(center, &ring, patch.grid.cell_m)?, ring))
 }
 
 fn ring_base(patch: &Patch) -> Option<Base> {

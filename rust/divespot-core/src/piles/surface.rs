@@ -36,7 +36,7 @@ impl Surface {
         let noise_m = noise(&map);
         close_small_gaps(&mut map);
         let seen: Vec<Point> = (0..grid.len()).filter_map(|cell| place(&map, cell)).collect();
-        let plane = Base::around(middle(&seen), &seen).ok_or(Error::TooFewPoints {
+        let plane = Base::around(middle(&seen), &seen, grid.cell_m).ok_or(Error::TooFewPoints {
             what: "a surface that shares its place with the scan",
             given: seen.len(),
             needed: super::base::FEWEST,
