@@ -70,9 +70,9 @@ impl Grid {
         ]
     }
 
-    /// The cell that a point inside the grid's bounds lies in.
+    /// The cell that a place inside the grid lies in; of a place outside, the nearest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to the grid
-    fn cell(&self, p: &Point) -> usize {
+    pub(crate) fn cell(&self, p: &[f64]) -> usize {
         let along = |k: usize, most: usize| {
             (((p[k] - self.origin_m[k]) / self.cell_m) as usize).min(most - 1)
         };

@@ -7,8 +7,9 @@ use crate::heightmap::Grid;
 
 /// Fewer cells than this carry no plane of their own.
 const FEWEST: usize = 12;
-/// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
-const FEWEST_SECTORS: usize = 10;
+/// A ring with this many sectors (of [`SECTORS`]) unseen in a row, half a turn, does not enclose the
+/// object: a tilt taken from it would be carried on beyond where it was seen.
+const ONE_SIDE: usize = 6;
 /// Sectors around an object whose levels tell how far the ground wavers.
 const SECTORS: usize = 12;
 /// Neighbouring sectors waver together: this many count as one.
@@ -94,8 +95,7 @@ impl Base {
         }
         let local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
-        let seen = sector_medians(&local, |_| 0.0).len();
-        let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
+        let kind = if widest_gap(&local) < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
         let levels = sector_medians(&local, residuals);
@@ -150,12 +150,21 @@ fn weighted_plane(
 /// The median of `of` in each sector around the origin that has points.
 fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
     let mut sectors: [Vec<f64>; SECTORS] = std::array::from_fn(|_| Vec::new());
-    for p in local {
-        let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
-        let sector = ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1);
-        sectors[sector].push(of(p));
-    }
+    local.iter().for_each(|p| sectors[sector(p)].push(of(p)));
     sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
+}
+
+fn sector(p: &[f64; 3]) -> usize {
+    let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
+    ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1)
+}
+
+/// The most sectors in a row that have no points.
+fn widest_gap(local: &[[f64; 3]]) -> usize {
+    let mut seen = [false; SECTORS];
+    local.iter().for_each(|p| seen[sector(p)] = true);
+    let empty_from = |from: usize| (0..SECTORS).take_while(|k| !seen[(from + k) % SECTORS]).count();
+    (0..SECTORS).map(empty_from).max().unwrap_or(0)
 }
 
 /// Standard deviation of normal values, from the median of their sizes.

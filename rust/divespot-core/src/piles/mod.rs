@@ -12,6 +12,7 @@ mod patch;
 mod pieces;
 mod shape;
 mod territory;
+mod valley;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
@@ -94,8 +95,27 @@ pub fn measure(
         return Ok(found.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
     let whole = patches(&scene, &with_flanks(&scene, labels, &found, settings), settings);
-    let pairs = found.iter().zip(&whole);
-    Ok(pairs.map(|((n, found), (_, whole))| object(*n, found, whole, settings)).collect())
+    let pairs = found.into_iter().zip(whole);
+    let parted = pairs.flat_map(|((n, found), (_, whole))| {
+        parted(found, whole, settings).into_iter().map(move |pair| (n, pair))
+    });
+    Ok(parted.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect())
+}
+
+/// Touching piles one by one, each as `found` and as a `whole` with its flanks: their ground is the
+/// ground around all of them.
+fn parted(found: Patch, whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
+    let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+    let above = fill_gaps(&whole, &above_base(&whole, &base));
+    let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
+        return vec![(found, whole)];
+    };
+    let count = parts.iter().flatten().max().map_or(0, |most| most + 1);
+    let part = |k: usize| {
+        let kept = |p: [f64; 2]| parts[whole.grid.cell(&p)] == Some(k);
+        (found.part(kept), whole.part(kept))
+    };
+    (0..count).map(part).collect()
 }
 
 /// The labels, and with them the cells that flow down from each object to the ground around it.
@@ -237,8 +257,9 @@ fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
 /// Whether much of the toe lies where nothing was seen out to the scan's edge.
 fn touches_edge(patch: &Patch) -> bool {
     let toe: Vec<usize> = patch.cells(Zone::Toe).collect();
-    let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + patch.cut;
-    to_f64(beyond) > CUT_OFF * to_f64(toe.len() + patch.cut)
+    let cut = patch.cells(Zone::Core).filter(|&cell| patch.border[cell]).count();
+    let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + cut;
+    to_f64(beyond) > CUT_OFF * to_f64(toe.len() + cut)
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

@@ -17,14 +17,15 @@ pub(crate) enum Zone {
 }
 
 /// A window of the height map with every cell's zone.
+#[derive(Debug, Clone)]
 pub(crate) struct Patch {
     pub(crate) grid: Grid,
     pub(crate) heights_m: Vec<f64>,
     pub(crate) zones: Vec<Zone>,
     /// Cells that belong to the unseen region beyond the scan's edge.
     pub(crate) beyond: Vec<bool>,
-    /// Core cells on the edge of the whole map, whose toe is cut off.
-    pub(crate) cut: usize,
+    /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
+    pub(crate) border: Vec<bool>,
 }
 
 /// The whole height map.
@@ -91,11 +92,10 @@ impl Patch {
         let [x, y] = scene.grid.center(cells[0]);
         let half = 0.5 * scene.grid.cell_m;
         let [columns, rows] = window.size();
-        let core = cells.iter().zip(&zones).filter(|(_, zone)| **zone == Zone::Core);
         Self {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
-            cut: core.filter(|(cell, _)| scene.grid.is_border(**cell)).count(),
+            border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
         }
@@ -109,6 +109,17 @@ impl Patch {
                 *zone = Zone::Core;
             }
         }
+    }
+
+    /// The part of the object that holds the cells whose middles are `kept`; around it the same
+    /// ground.
+    pub(crate) fn part(&self, kept: impl Fn([f64; 2]) -> bool) -> Self {
+        let zone = |(cell, &zone): (usize, &Zone)| match zone {
+            Zone::Core | Zone::Toe if !kept(self.grid.center(cell)) => Zone::Outside,
+            _ => zone,
+        };
+        let zones = self.zones.iter().enumerate().map(zone).collect();
+        Self { zones, ..self.clone() }
     }
 
     /// The cells of a zone.
