@@ -35,6 +35,8 @@ pub struct Base {
     pub u_level_m: f64,
     /// What the base rests on.
     pub kind: Kind,
+    /// How far the ground around the object lies from the plane.
+    wander_m: f64,
     film: Option<Film>,
 }
 
@@ -60,6 +62,7 @@ impl Base {
             noise_m,
             u_level_m,
             kind: Kind::Ground,
+            wander_m: noise_m,
             film: None,
         }
     }
@@ -79,7 +82,7 @@ impl Base {
     /// stand out of the ring's own scatter do not pull at it.
     pub(crate) fn with_film(mut self, patch: &Grid, ring: &[[f64; 3]]) -> Self {
         let off = |p: &[f64; 3]| [p[0], p[1], p[2] - self.plane_at([p[0], p[1]])];
-        let stray = REACH * self.noise_m;
+        let stray = REACH * self.wander_m;
         let left: Vec<_> = ring.iter().map(off).filter(|p| p[2].abs() <= stray).collect();
         let size = [patch.columns, patch.rows].map(|n| n as f64 * patch.cell_m);
         self.film = Some(Film::stretched(patch.origin_m, size, patch.cell_m, &left));
@@ -108,6 +111,7 @@ impl Base {
             noise_m: scale(&off),
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
+            wander_m: wander(&local, &plane),
             film: None,
         })
     }
@@ -120,13 +124,30 @@ fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
 /// Height and tilt by iteratively reweighted least squares, starting from the median.
 fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
+    let even = even_weights(local);
     for _ in 0..ROUNDS {
         let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
-        let reach = REACH * scale(&off).max(f64::MIN_POSITIVE);
+        let reach = REACH * wander(local, &plane).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
-        plane = weighted_plane(local, off.iter().map(weigh), kind)?;
+        let weights = off.iter().zip(&even).map(|(r, even)| even * weigh(r));
+        plane = weighted_plane(local, weights, kind)?;
     }
     Some(plane)
+}
+
+/// How far ground lies from a plane: the scatter of the cells, or of whole sectors' levels where
+/// that is the larger. A sector that lies lower than the others is ground, not a stray.
+fn wander(local: &[[f64; 3]], plane: &Vector3<f64>) -> f64 {
+    let off = |p: &[f64; 3]| p[2] - value(plane, p);
+    let cells: Vec<f64> = local.iter().map(off).collect();
+    scale(&cells).max(scale(&sector_medians(local, off)))
+}
+
+/// Every sector counts alike, however many of its cells were seen.
+fn even_weights(local: &[[f64; 3]]) -> Vec<f64> {
+    let mut count = [0.0; SECTORS];
+    local.iter().for_each(|p| count[sector(p)] += 1.0);
+    local.iter().map(|p| 1.0 / count[sector(p)]).collect()
 }
 
 fn weighted_plane(
