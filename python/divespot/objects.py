@@ -182,6 +182,7 @@ def _pile(raw: _native.RawObject, cloud: Cloud, pose: Pose, settings: Settings) 
         outline_m=tuple(place(corner) for corner in raw.outline_m),
         seen_fraction=raw.seen_fraction,
         touches_edge=raw.touches_edge,
+        leans_on_wall=raw.leans_on_wall,
         mass_kg=mass,
         u95_mass_kg=u_mass,
         base=raw.base,

@@ -20,6 +20,7 @@ pub(crate) struct RawObject {
     outline_m: Vec<Place>,
     seen_fraction: f64,
     touches_edge: bool,
+    leans_on_wall: bool,
     base: &'static str,
     reason: Option<&'static str>,
     noise_m3: f64,
@@ -41,6 +42,7 @@ impl From<Object> for RawObject {
             outline_m: object.outline_m.into_iter().map(Place::from).collect(),
             seen_fraction: object.seen_fraction,
             touches_edge: object.touches_edge,
+            leans_on_wall: object.leans_on_wall,
             base: match object.base.kind {
                 Kind::Ring => "ring",
                 Kind::RingLevel => "ring level",

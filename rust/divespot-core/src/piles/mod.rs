@@ -13,6 +13,7 @@ mod pieces;
 mod shape;
 mod territory;
 mod valley;
+mod wall;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
@@ -64,6 +65,8 @@ pub struct Object {
     pub seen_fraction: f64,
     /// Whether the object runs out of what was seen.
     pub touches_edge: bool,
+    /// Whether it leans on walls, which are not part of it.
+    pub leans_on_wall: bool,
     /// Why it is no pile; `None` for a pile.
     pub reason: Option<Reason>,
 }
@@ -102,10 +105,11 @@ pub fn measure(
     Ok(parted.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect())
 }
 
-/// Touching piles one by one, each as `found` and as a `whole` with its flanks: their ground is the
-/// ground around all of them.
+/// Touching piles one by one, each as `found` and as a `whole` with its flanks, without the walls
+/// they lean on. Their ground is the ground around all of them.
 fn parted(found: Patch, whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
     let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+    let whole = wall::without_walls(whole, &base, settings.margin_m);
     let above = fill_gaps(&whole, &above_base(&whole, &base));
     let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];
@@ -161,6 +165,7 @@ fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Obje
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
         touches_edge: touches_edge(patch),
+        leans_on_wall: patch.leans_on_wall,
         reason: shape::why_no_pile(found, &above_base(found, &base), settings.margin_m),
         base,
     }

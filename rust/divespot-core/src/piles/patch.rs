@@ -26,6 +26,8 @@ pub(crate) struct Patch {
     pub(crate) beyond: Vec<bool>,
     /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
     pub(crate) border: Vec<bool>,
+    /// Whether walls stand along much of the core's edge.
+    pub(crate) leans_on_wall: bool,
 }
 
 /// The whole height map.
@@ -96,6 +98,7 @@ impl Patch {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
+            leans_on_wall: false,
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
         }

@@ -10,9 +10,9 @@ const HIGH_SHARE: f64 = 0.5;
 /// The object's height is the one that this share of its cells stays below.
 const TOP: f64 = 0.95;
 
-/// No bulk material stands steeper than 60°, so no pile is higher than this many times the radius
-/// of a disc as large as it is: a rod with a skirt of flying pixels is.
-const SLENDER: f64 = 1.732;
+/// No bulk material stands steeper than 60°, rise over run. So no pile is higher than this many times
+/// the radius of a disc as large as it is: a rod with a skirt of flying pixels is.
+pub(crate) const STEEPEST: f64 = 1.732;
 
 /// Why an object is no pile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option
         return Some(Reason::Thin);
     }
     let top = top(patch, above);
-    if top > SLENDER * radius(patch) {
+    if top > STEEPEST * radius(patch) {
         return Some(Reason::SteepSides);
     }
     let low = (LOW * top).max(2.0 * margin_m);

@@ -1,0 +1,90 @@
+//! Walls that a pile leans on, and other steep things at its foot.
+//!
+//! No bulk material lies steeper than 60°. What rises from the pile's edge more steeply than that
+//! is not the pile's: the pile ends there, at full height, and has no toe on that side. The face
+//! runs through the cells in which it was seen, on average through their middles: half of such a
+//! cell is the pile's.
+
+use super::base::Base;
+use super::patch::{Patch, Zone};
+use super::shape::STEEPEST;
+use super::territory::FOUR;
+
+/// A pile with walls along this share of its edge leans on them; with less, a rod stands in it.
+const LEANS: f64 = 0.1;
+/// The pile's own height beside a cell is the highest of its cells so many columns and rows away.
+const NEAR: isize = 2;
+
+/// The object without the walls at its edge and the toe behind them.
+pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Patch {
+    let above: Vec<f64> = (0..patch.zones.len())
+        .map(|cell| patch.heights_m[cell] - base.at(patch.grid.center(cell)))
+        .collect();
+    let walls: Vec<bool> =
+        (0..above.len()).map(|cell| is_wall(&patch, &above, cell, margin_m)).collect();
+    if !walls.contains(&true) {
+        return patch;
+    }
+    let open = open_toe(&patch, &walls);
+    let beside: Vec<(usize, f64)> = (0..above.len())
+        .filter(|&cell| walls[cell])
+        .filter_map(|cell| Some((cell, beside(&patch, &above, cell)?)))
+        .collect();
+    patch.leans_on_wall = leans(&patch, &walls);
+    for cell in 0..above.len() {
+        if patch.zones[cell] == Zone::Toe && !open[cell] {
+            patch.zones[cell] = Zone::Outside;
+        }
+    }
+    for (cell, height) in beside {
+        patch.zones[cell] = Zone::Toe;
+        patch.heights_m[cell] = base.at(patch.grid.center(cell)) + height / 2.0;
+    }
+    patch
+}
+
+/// Whether a cell in the toe, or of another object at the core's edge, rises too steeply from the
+/// core to be bulk material.
+fn is_wall(patch: &Patch, above: &[f64], cell: usize, margin_m: f64) -> bool {
+    let is_core = |&n: &usize| patch.zones[n] == Zone::Core;
+    let at_edge = || patch.around(cell, 1).any(|n| is_core(&n));
+    let may_be = match patch.zones[cell] {
+        Zone::Toe => true,
+        Zone::Outside => at_edge(),
+        Zone::Core | Zone::Ring => false,
+    };
+    let core = || patch.around(cell, NEAR).filter(is_core).map(|n| above[n]);
+    let rise = STEEPEST * patch.grid.cell_m;
+    may_be && above[cell] > core().fold(margin_m, f64::max) + rise.max(margin_m)
+}
+
+/// The mean height of the core's cells around a cell.
+fn beside(patch: &Patch, above: &[f64], cell: usize) -> Option<f64> {
+    let core = patch.around(cell, 1).filter(|&n| patch.zones[n] == Zone::Core);
+    let known = core.map(|n| above[n]).filter(|h| !h.is_nan());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
+/// The cells that can be reached from the core without crossing a wall.
+fn open_toe(patch: &Patch, walls: &[bool]) -> Vec<bool> {
+    let mut open = vec![false; walls.len()];
+    let mut front: Vec<usize> = patch.cells(Zone::Core).collect();
+    while let Some(cell) = front.pop() {
+        for n in FOUR.iter().filter_map(|&(dx, dy)| patch.grid.neighbor(cell, dx, dy)) {
+            if patch.zones[n] == Zone::Toe && !walls[n] && !open[n] {
+                open[n] = true;
+                front.push(n);
+            }
+        }
+    }
+    open
+}
+
+/// Whether walls stand along much of the core's edge.
+fn leans(patch: &Patch, walls: &[bool]) -> bool {
+    let is_core = |n: usize| patch.zones[n] == Zone::Core;
+    let edge = || patch.cells(Zone::Core).filter(|&c| patch.around(c, 1).any(|n| !is_core(n)));
+    let walled = edge().filter(|&c| patch.around(c, 1).any(|n| walls[n])).count();
+    walled as f64 > LEANS * edge().count() as f64
+}
