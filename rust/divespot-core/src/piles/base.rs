@@ -101,7 +101,10 @@ impl Base {
         let kind = if widest_gap(&local) < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
-        let levels = sector_medians(&local, residuals);
+        let wander_m = wander(&local, &plane);
+        let ground: Vec<[f64; 3]> =
+            local.iter().copied().filter(|p| residuals(p).abs() <= REACH * wander_m).collect();
+        let levels = sector_medians(&ground, residuals);
         let spread = (levels.iter().map(|m| m * m).sum::<f64>() / to_f64(levels.len())).sqrt();
         let off: Vec<f64> = local.iter().map(residuals).collect();
         Some(Self {
@@ -111,7 +114,7 @@ impl Base {
             noise_m: scale(&off),
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
-            wander_m: wander(&local, &plane),
+            wander_m,
             film: None,
         })
     }

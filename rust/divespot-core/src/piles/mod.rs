@@ -11,6 +11,7 @@ mod outline;
 mod patch;
 mod pieces;
 mod shape;
+mod spike;
 mod territory;
 mod valley;
 mod wall;
@@ -109,7 +110,11 @@ pub fn measure(
 /// they lean on. Their ground is the ground around all of them.
 fn parted(found: Patch, whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
     let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
-    let whole = wall::without_walls(whole, &base, settings.margin_m);
+    let free = |patch| wall::without_walls(patch, &base, settings.margin_m);
+    let (found, mut whole) = (free(found), free(whole));
+    if why_no_pile(&found, &base, settings).is_none() {
+        whole = spike::without_spikes(whole, settings.margin_m);
+    }
     let above = fill_gaps(&whole, &above_base(&whole, &base));
     let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];
@@ -165,10 +170,14 @@ fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Obje
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
         touches_edge: touches_edge(patch),
-        leans_on_wall: patch.leans_on_wall,
-        reason: shape::why_no_pile(found, &above_base(found, &base), settings.margin_m),
+        leans_on_wall: wall::leans(patch),
+        reason: why_no_pile(found, &base, settings),
         base,
     }
+}
+
+fn why_no_pile(found: &Patch, base: &Base, settings: &Settings) -> Option<Reason> {
+    shape::why_no_pile(found, &above_base(found, base), settings.margin_m)
 }
 
 fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {

@@ -26,8 +26,8 @@ pub(crate) struct Patch {
     pub(crate) beyond: Vec<bool>,
     /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
     pub(crate) border: Vec<bool>,
-    /// Whether walls stand along much of the core's edge.
-    pub(crate) leans_on_wall: bool,
+    /// Cells of walls at the core's edge and in its toe's place.
+    pub(crate) walls: Vec<bool>,
 }
 
 /// The whole height map.
@@ -98,7 +98,7 @@ impl Patch {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
-            leans_on_wall: false,
+            walls: vec![false; cells.len()],
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
         }
@@ -128,6 +128,12 @@ impl Patch {
     /// The cells of a zone.
     pub(crate) fn cells(&self, wanted: Zone) -> impl Iterator<Item = usize> + '_ {
         (0..self.zones.len()).filter(move |&cell| self.zones[cell] == wanted)
+    }
+
+    /// Core cells with a neighbour outside the core, or on the map's edge.
+    pub(crate) fn rim(&self) -> impl Iterator<Item = usize> + '_ {
+        let is_core = |&n: &usize| self.zones[n] == Zone::Core;
+        self.cells(Zone::Core).filter(move |&cell| self.around(cell, 1).filter(is_core).count() < 9)
     }
 
     /// The neighbours of a cell, up to `reach` columns and rows away, itself included.

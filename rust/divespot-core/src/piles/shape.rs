@@ -1,6 +1,7 @@
 //! Whether an object can be a pile of bulk material.
 
 use super::patch::{Patch, Zone};
+use super::wall;
 
 /// Poured material runs out to the ground. The rim of what stands clear of the ground is therefore
 /// low: at most this share of the object's height.
@@ -25,7 +26,7 @@ pub enum Reason {
 
 /// The reason why the object is no pile, if there is one.
 pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Reason> {
-    let rim: Vec<usize> = rim(patch).collect();
+    let rim: Vec<usize> = patch.rim().collect();
     if rim.len() == patch.cells(Zone::Core).count() {
         return Some(Reason::Thin);
     }
@@ -35,16 +36,10 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option
     }
     let low = (LOW * top).max(2.0 * margin_m);
     let high = |&cell: &usize| above[cell] > low;
-    let seen: Vec<usize> =
-        rim.into_iter().filter(|&cell| sees_outside(patch, above, cell)).collect();
+    let tells = |&cell: &usize| sees_outside(patch, above, cell) && !wall::is_beside(patch, cell);
+    let seen: Vec<usize> = rim.into_iter().filter(tells).collect();
     let share = seen.iter().filter(|cell| high(cell)).count() as f64 / seen.len().max(1) as f64;
     (share > HIGH_SHARE).then_some(Reason::SteepSides)
-}
-
-/// Core cells with a neighbour outside the core, or on the map's edge.
-fn rim(patch: &Patch) -> impl Iterator<Item = usize> + '_ {
-    let is_core = |&n: &usize| patch.zones[n] == Zone::Core;
-    patch.cells(Zone::Core).filter(move |&cell| patch.around(cell, 1).filter(is_core).count() < 9)
 }
 
 /// Whether something was seen just beyond a rim cell; where not, the object may go on.

@@ -30,7 +30,6 @@ pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Pat
         .filter(|&cell| walls[cell])
         .filter_map(|cell| Some((cell, beside(&patch, &above, cell)?)))
         .collect();
-    patch.leans_on_wall = leans(&patch, &walls);
     for cell in 0..above.len() {
         if patch.zones[cell] == Zone::Toe && !open[cell] {
             patch.zones[cell] = Zone::Outside;
@@ -40,6 +39,7 @@ pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Pat
         patch.zones[cell] = Zone::Toe;
         patch.heights_m[cell] = base.at(patch.grid.center(cell)) + height / 2.0;
     }
+    patch.walls = walls;
     patch
 }
 
@@ -82,9 +82,13 @@ fn open_toe(patch: &Patch, walls: &[bool]) -> Vec<bool> {
 }
 
 /// Whether walls stand along much of the core's edge.
-fn leans(patch: &Patch, walls: &[bool]) -> bool {
-    let is_core = |n: usize| patch.zones[n] == Zone::Core;
-    let edge = || patch.cells(Zone::Core).filter(|&c| patch.around(c, 1).any(|n| !is_core(n)));
-    let walled = edge().filter(|&c| patch.around(c, 1).any(|n| walls[n])).count();
-    walled as f64 > LEANS * edge().count() as f64
+pub(crate) fn leans(patch: &Patch) -> bool {
+    let edge: Vec<usize> = patch.rim().collect();
+    let walled = edge.iter().filter(|&&cell| is_beside(patch, cell)).count();
+    walled as f64 > LEANS * edge.len() as f64
+}
+
+/// Whether a cell has a wall beside it.
+pub(crate) fn is_beside(patch: &Patch, cell: usize) -> bool {
+    patch.around(cell, 1).any(|n| patch.walls[n])
 }
