@@ -141,4 +141,5 @@ def measure_objects(
     margin_m: float,
     ground: tuple[float, float, float],
     local: bool,
+    points: NDArray[Any],
 ) -> list[RawObject]: ...

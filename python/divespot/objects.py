@@ -121,9 +121,16 @@ def _warn_of_dropped(
 
 
 def measure_objects(
-    grid: HeightMap, labels: NDArray[np.int32], ground: GroundLevel, settings: Settings
+    points: NDArray[np.float64],
+    grid: HeightMap,
+    labels: NDArray[np.int32],
+    ground: GroundLevel,
+    settings: Settings,
 ) -> list[_native.RawObject]:
-    """Integrate each object above its base, its toe included."""
+    """Integrate each object above its base, its toe included.
+
+    Touching piles are parted; boxes end where the points on their flat top do.
+    """
     return _native.measure_objects(
         grid.heights_m,
         grid.origin_m,
@@ -134,6 +141,7 @@ def measure_objects(
         given(settings.margin_m),
         (ground.height_m, ground.noise_m, ground.noise_m),
         settings.base == "local",
+        points,
     )
 
 

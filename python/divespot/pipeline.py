@@ -75,7 +75,7 @@ def measure(
     grid = run("height map", height_map, points, given(s.cell_m))
     ground, s = run("ground", find_ground, grid, s)
     labels = run("fine filter", find_objects, grid, ground, s, run.warn)
-    objects = run("volume", measure_objects, grid, labels, ground, s)
+    objects = run("volume", measure_objects, points, grid, labels, ground, s)
     piles, others = describe(objects, cloud, pose, s)
     return Report(
         source=cloud.source,

@@ -1,9 +1,11 @@
+use divespot_core::Point;
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{self, Base, Kind, Object, Reason, Settings};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
+use crate::points::cloud;
 
 /// A position as a tuple.
 type Place = (f64, f64, f64);
@@ -91,6 +93,7 @@ pub(crate) fn measure_objects(
     margin_m: f64,
     ground: (f64, f64, f64),
     local: bool,
+    points: &Bound<'_, PyAny>,
 ) -> PyResult<Vec<RawObject>> {
     let grid = grid(heights_m.as_array().dim(), origin_m, cell_m);
     let heights: Vec<f64> = heights_m.as_array().iter().copied().collect();
@@ -98,7 +101,14 @@ pub(crate) fn measure_objects(
     let ground = Base::ground(ground.0, ground.1, ground.2);
     let base = (!local).then(|| ground.clone());
     let settings = Settings { toe_cells, ring_share, margin_m, base, ground };
-    let objects =
-        py.detach(|| piles::measure(&grid, &heights, &labels, &settings)).map_err(raise)?;
+    let (scan, _) = cloud(points)?;
+    let measured = py.detach(|| {
+        let mut objects = piles::measure(&grid, &heights, &labels, &settings)?;
+        let place = |p: &Point| std::array::from_fn(|k| p[k] + scan.origin[k]);
+        let points: Vec<Point> = scan.points.iter().map(place).collect();
+        piles::trim_flat_tops(&grid, &points, &mut objects, margin_m);
+        Ok(objects)
+    });
+    let objects = measured.map_err(raise)?;
     Ok(objects.into_iter().map(RawObject::from).collect())
 }

@@ -7,6 +7,7 @@
 mod base;
 mod budget;
 mod film;
+mod flat_top;
 mod outline;
 mod patch;
 mod pieces;
@@ -18,6 +19,7 @@ mod wall;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
+pub use flat_top::trim_flat_tops;
 use pieces::flow_down;
 pub use pieces::pieces;
 pub use shape::Reason;
@@ -58,6 +60,8 @@ pub struct Object {
     pub footprint_m2: f64,
     /// Height of the highest cell above the base.
     pub max_height_m: f64,
+    /// Middle of every cell that the object covers, and its height above the base.
+    pub covers_m: Vec<[f64; 3]>,
     /// Centre of the volume.
     pub centroid_m: [f64; 3],
     /// The footprint's outline at the base, counter-clockwise.
@@ -166,6 +170,7 @@ fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Obje
         budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
         footprint_m2: to_f64(covered.len()) * patch.grid.cell_m * patch.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
+        covers_m: covered.iter().map(|&cell| raised(patch, cell, filled[cell])).collect(),
         centroid_m: centroid(patch, &base, &covered, &filled),
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
@@ -250,6 +255,11 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
         Zone::Outside | Zone::Ring => false,
     };
     (0..patch.zones.len()).map(covers).collect()
+}
+
+fn raised(patch: &Patch, cell: usize, height_m: f64) -> [f64; 3] {
+    let [x, y] = patch.grid.center(cell);
+    [x, y, height_m]
 }
 
 fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
