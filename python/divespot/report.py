@@ -58,8 +58,8 @@ class Pile:
 
     `volume_m3` is `cut_m3` (above the base) less `fill_m3` (below it). `u95_m3` is the expanded
     uncertainty, twice the standard uncertainty that `budget` adds up to. `base` names what the
-    base rests on. A pile that `touches_edge` runs out of the scan; walls that it `leans_on_wall` are
-    not part of it. `reason` says why the object is no pile; None for a pile.
+    base rests on. A pile that `touches_edge` runs out of the scan; the walls of one that
+    `leans_on_wall` are not part of it. `reason` says why the object is no pile; None for a pile.
     """
 
     id: int

@@ -65,7 +65,8 @@ def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
     if weighed:
         cells.append(with_uncertainty(item.mass_kg or 0.0, item.u95_mass_kg or 0.0))
     runs_out = "runs out of the scan" if item.touches_edge else None
-    return [*cells, ", ".join(filter(None, (item.reason, runs_out)))]
+    leans = "leans on a wall" if item.leans_on_wall else None
+    return [*cells, ", ".join(filter(None, (item.reason, runs_out, leans)))]
 
 
 def _volume(item: Pile | Total, per_m3: float) -> str:

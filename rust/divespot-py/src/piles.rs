@@ -53,6 +53,7 @@ impl From<Object> for RawObject {
             reason: object.reason.map(|reason| match reason {
                 Reason::SteepSides => "steep sides",
                 Reason::Thin => "thin",
+                Reason::Shadow => "beside a shadow",
             }),
             noise_m3: object.budget.noise_m3,
             base_m3: object.budget.base_m3,

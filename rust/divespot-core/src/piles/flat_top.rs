@@ -65,14 +65,9 @@ fn on_top(
 
 /// How many cells the top covers, from the points on it in each cell.
 fn covered(grid: &Grid, on_top: &BTreeMap<usize, f64>) -> f64 {
-    let near = |cell: usize, reach: isize| {
-        let span = -reach..=reach;
-        let offsets = span.clone().flat_map(move |dy| span.clone().map(move |dx| (dx, dy)));
-        offsets.filter_map(move |(dx, dy)| grid.neighbor(cell, dx, dy))
-    };
     let any = |n: usize| on_top.get(&n).is_some_and(|&count| count > 0.0);
     let whole: BTreeSet<usize> =
-        on_top.keys().copied().filter(|&cell| near(cell, 1).all(any)).collect();
+        on_top.keys().copied().filter(|&cell| grid.around(cell, 1).all(any)).collect();
     let mean = |cells: &mut dyn Iterator<Item = usize>| {
         let known = cells.filter_map(|n| on_top.get(&n));
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), n| (sum + n, count + 1.0));
@@ -80,7 +75,8 @@ fn covered(grid: &Grid, on_top: &BTreeMap<usize, f64>) -> f64 {
     };
     let everywhere = mean(&mut whole.iter().copied());
     let share = |(&cell, &count): (&usize, &f64)| {
-        let around = mean(&mut near(cell, NEAR).filter(|n| whole.contains(n))).or(everywhere);
+        let around =
+            mean(&mut grid.around(cell, NEAR).filter(|n| whole.contains(n))).or(everywhere);
         if whole.contains(&cell) { 1.0 } else { around.map_or(1.0, |full| (count / full).min(1.0)) }
     };
     on_top.iter().map(share).sum()
@@ -92,4 +88,49 @@ fn trim(object: &mut Object, height_m: f64, area_m2: f64) {
     object.budget.footprint_m3 = object.budget.footprint_m3.hypot(BETWEEN * between_m3);
     object.volume = volume;
     object.footprint_m2 = area_m2;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, settings};
+    use super::super::{Reason, measure};
+    use super::*;
+    use crate::heightmap::height_map;
+
+    /// A box of 2 by 1.5 by 0.8 whose sides are full of points, with flying pixels beside one.
+    fn points() -> Vec<Point> {
+        let at = |i: i32| (f64::from(i) + 0.5) * CELL / 3.0;
+        let plan = (0..384 * 288).map(|i| (at(i % 384), at(i / 384)));
+        let inside = |x: f64, y: f64| (3.02..5.02).contains(&x) && (2.01..3.51).contains(&y);
+        let flying = |x: f64, y: f64| (5.02..5.22).contains(&x) && (2.01..3.51).contains(&y);
+        let mut points: Vec<Point> = plan
+            .map(|(x, y)| match (inside(x, y), flying(x, y)) {
+                (true, _) => [x, y, 0.8],
+                (_, true) => [x, y, 0.8 - 4.0 * (x - 5.02)],
+                _ => [x, y, 0.0],
+            })
+            .collect();
+        points.extend(
+            (0..96 * 40)
+                .map(|i| [3.02 + f64::from(i / 40) * 2.0 / 96.0, 2.01, 0.02 * f64::from(i % 40)]),
+        );
+        points
+    }
+
+    #[test]
+    fn sides_and_flying_pixels_do_not_widen_a_box() {
+        let points = points();
+        let map = height_map(&points, CELL).unwrap();
+        let labels: Vec<i32> =
+            map.heights_m.iter().map(|&h| if h > 0.05 { 0 } else { -1 }).collect();
+        let mut objects = measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap();
+        assert_eq!(objects[0].reason, Some(Reason::SteepSides));
+        assert!(objects[0].volume.net_m3() > 1.02 * 2.4, "{:?}", objects[0].volume);
+        let (before, untrimmed) = (objects[0].budget.footprint_m3, objects[0].volume.net_m3());
+        trim_flat_tops(&map.grid, &points, &mut objects, 0.03);
+        let volume = objects[0].volume.net_m3();
+        assert!((volume / 2.4 - 1.0).abs() < 0.02, "{volume}, untrimmed {untrimmed}");
+        assert!((objects[0].footprint_m2 / 3.0 - 1.0).abs() < 0.02);
+        assert!(objects[0].budget.footprint_m3 > before);
+    }
 }

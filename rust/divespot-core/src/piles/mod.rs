@@ -11,6 +11,7 @@ mod flat_top;
 mod outline;
 mod patch;
 mod pieces;
+mod shadow;
 mod shape;
 mod spike;
 mod territory;
@@ -107,7 +108,10 @@ pub fn measure(
     let parted = pairs.flat_map(|((n, found), (_, whole))| {
         parted(found, whole, settings).into_iter().map(move |pair| (n, pair))
     });
-    Ok(parted.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect())
+    let mut objects: Vec<Object> =
+        parted.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
+    shadow::mark(&scene, &mut objects);
+    Ok(objects)
 }
 
 /// Touching piles one by one, each as `found` and as a `whole` with its flanks, without the walls

@@ -137,10 +137,8 @@ impl Patch {
     }
 
     /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
-    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + '_ {
-        let span = -reach..=reach;
-        span.clone()
-            .flat_map(move |dy| span.clone().filter_map(move |dx| self.grid.neighbor(cell, dx, dy)))
+    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + use<> {
+        self.grid.around(cell, reach)
     }
 }
 

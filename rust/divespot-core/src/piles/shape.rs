@@ -22,6 +22,8 @@ pub enum Reason {
     SteepSides,
     /// It is nowhere three cells wide.
     Thin,
+    /// Its summit borders the shadow of something steep: haze, or a pile that is half hidden.
+    Shadow,
 }
 
 /// The reason why the object is no pile, if there is one.

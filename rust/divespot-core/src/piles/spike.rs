@@ -36,3 +36,29 @@ fn rises_from(patch: &Patch, cell: usize, (dx, dy): (isize, isize), margin_m: f6
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{exact, measured};
+
+    fn cone(x: f64, y: f64) -> f64 {
+        (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0)
+    }
+
+    #[test]
+    fn a_rod_in_a_pile_is_closed_and_counted() {
+        let rod = |x: f64, y: f64| (x - 4.3).abs() < 0.1 && (y - 3.2).abs() < 0.1;
+        let height = |x, y| if rod(x, y) { 2.0 } else { cone(x, y) };
+        let object = measured(&exact(height), |x, y| cone(x, y) > 0.05).remove(0);
+        let whole = std::f64::consts::PI * 1.44 * 0.6 / 3.0;
+        assert!((object.volume.net_m3() / whole - 1.0).abs() < 0.01, "{:?}", object.volume);
+        assert!(object.seen_fraction < 1.0 && object.reason.is_none());
+    }
+
+    #[test]
+    fn a_cut_face_stays() {
+        let cut = |x: f64, y: f64| if x < 4.2 { cone(x, y) } else { 0.0 };
+        let object = measured(&exact(cut), |x, y| cut(x, y) > 0.05).remove(0);
+        assert!((object.seen_fraction - 1.0).abs() < 1e-12, "{object:?}");
+    }
+}

@@ -47,7 +47,9 @@ fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
         let (sum, count) = near.fold((0.0, 0.0), |(s, n), c| (s + above[c], n + 1.0));
         sum / count
     };
-    (0..above.len()).map(|c| if held(c) && !above[c].is_nan() { mean(c) } else { f64::NAN }).collect()
+    (0..above.len())
+        .map(|c| if held(c) && !above[c].is_nan() { mean(c) } else { f64::NAN })
+        .collect()
 }
 
 /// Basins of the heights turned upside down, joined at their saddles.
@@ -111,5 +113,54 @@ impl Tree {
         roots.dedup();
         let number = |root: usize| roots.iter().position(|&r| r == root);
         (roots.len() > 1).then(|| basins.iter().map(|b| b.and_then(number)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, measured};
+
+    /// Two cones of radius 1, `apart` from each other along a slanting line.
+    fn cones(apart: f64, lower: f64) -> Vec<f64> {
+        let (dx, dy) = (0.8 * apart / 2.0, 0.6 * apart / 2.0);
+        let cone = |x: f64, y: f64, h: f64| 0.5 * (h - (x - 4.0).hypot(y - 3.0));
+        let height = |x, y| cone(x + dx, y + dy, 1.0).max(cone(x - dx, y - dy, lower)).max(0.0);
+        let objects = measured(&exact(height), |x, y| height(x, y) > 0.05);
+        objects.iter().map(|o| o.volume.net_m3()).collect()
+    }
+
+    /// A cone of radius r cut off by a plane at a distance d from its axis, by midpoints.
+    fn beyond(r: f64, d: f64) -> f64 {
+        let step = CELL / 4.0;
+        let at = |i: i32| (f64::from(i) + 0.5) * step;
+        let cells = (0..200).flat_map(|i| (-200..200).map(move |j| (at(i) + d, at(j))));
+        cells.map(|(x, y)| 0.5 * (r - x.hypot(y)).max(0.0) * step * step).sum()
+    }
+
+    #[test]
+    fn cones_whose_feet_touch_are_two_and_share_the_valley() {
+        let whole = std::f64::consts::PI * 0.5 / 3.0;
+        for apart in [1.3, 1.5, 1.8] {
+            let truth = whole - beyond(1.0, apart / 2.0);
+            let found = cones(apart, 1.0);
+            assert_eq!(found.len(), 2, "{apart}");
+            assert!(found.iter().all(|v| (v / truth - 1.0).abs() < 0.02), "{apart} {found:?}");
+        }
+    }
+
+    #[test]
+    fn lobes_of_one_pile_stay_together() {
+        assert_eq!(cones(0.9, 1.0).len(), 1);
+        assert_eq!(cones(0.8, 0.8).len(), 1);
+        assert_eq!(cones(1.4, 0.8).len(), 2);
+    }
+
+    #[test]
+    fn noise_and_crumbs_part_nothing() {
+        let noise = |x: f64, y: f64| 0.02 * (37.0 * x).sin() * (41.0 * y).cos();
+        let height = |x: f64, y: f64| (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0);
+        let objects =
+            measured(&exact(|x, y| height(x, y) + noise(x, y)), |x, y| height(x, y) > 0.05);
+        assert_eq!(objects.len(), 1);
     }
 }

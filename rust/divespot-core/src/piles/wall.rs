@@ -30,9 +30,9 @@ pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Pat
         .filter(|&cell| walls[cell])
         .filter_map(|cell| Some((cell, beside(&patch, &above, cell)?)))
         .collect();
-    for cell in 0..above.len() {
-        if patch.zones[cell] == Zone::Toe && !open[cell] {
-            patch.zones[cell] = Zone::Outside;
+    for (zone, open) in patch.zones.iter_mut().zip(open) {
+        if *zone == Zone::Toe && !open {
+            *zone = Zone::Outside;
         }
     }
     for (cell, height) in beside {
@@ -91,4 +91,42 @@ pub(crate) fn leans(patch: &Patch) -> bool {
 /// Whether a cell has a wall beside it.
 pub(crate) fn is_beside(patch: &Patch, cell: usize) -> bool {
     patch.around(cell, 1).any(|n| patch.walls[n])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, measured};
+
+    /// A cone cut by a wall of one cell whose face lies `beyond` its axis, in the middle of a cell.
+    fn cone_at_wall(beyond: f64) -> Vec<super::super::Object> {
+        let cone = |x: f64, y: f64| (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0);
+        let wall = move |x: f64| (x - 4.0 - beyond).abs() < CELL / 2.0;
+        let behind = move |x: f64| x > 4.0 + beyond;
+        let height = move |x: f64, y: f64| match (wall(x), behind(x)) {
+            (true, _) => 1.0,
+            (_, true) => f64::NAN,
+            _ => cone(x, y),
+        };
+        measured(&exact(height), |x, y| !wall(x) && !behind(x) && cone(x, y) > 0.05)
+    }
+
+    #[test]
+    fn a_pile_ends_at_the_face_of_the_wall_that_it_leans_on() {
+        let objects = cone_at_wall(0.5 * CELL);
+        let half = std::f64::consts::PI * 1.44 * 0.6 / 6.0;
+        // The middle of the wall cell lies three quarters of a cell beyond the axis.
+        let strip = 0.75 * CELL * 0.72;
+        let volume = objects[0].volume.net_m3();
+        assert!((volume / (half + strip) - 1.0).abs() < 0.02, "{volume} {half} {strip}");
+        assert!(objects[0].leans_on_wall && !objects[0].touches_edge);
+        assert_eq!(objects[0].reason, None);
+    }
+
+    #[test]
+    fn a_wall_beyond_the_toe_is_not_leaned_on() {
+        let whole = std::f64::consts::PI * 1.44 * 0.6 / 3.0;
+        let objects = cone_at_wall(1.5);
+        assert!((objects[0].volume.net_m3() / whole - 1.0).abs() < 0.01);
+        assert!(!objects[0].leans_on_wall && !objects[0].touches_edge);
+    }
 }
