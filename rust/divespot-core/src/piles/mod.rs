@@ -118,11 +118,14 @@ pub fn measure(
 /// they lean on. Their ground is the ground around all of them.
 fn parted(found: Patch, whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
     let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+    let is_pile = why_no_pile(&found, &base, settings).is_none();
     let free = |patch| wall::without_walls(patch, &base, settings.margin_m);
-    let (found, mut whole) = (free(found), free(whole));
-    if why_no_pile(&found, &base, settings).is_none() {
-        whole = spike::without_spikes(whole, settings.margin_m);
-    }
+    let clean = |patch| wall::without_found_walls(patch, settings.margin_m);
+    let (found, whole) = if is_pile {
+        (free(clean(found)), spike::without_spikes(free(clean(whole)), settings.margin_m))
+    } else {
+        (free(found), free(whole))
+    };
     let above = fill_gaps(&whole, &above_base(&whole, &base));
     let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];

@@ -43,6 +43,28 @@ pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Pat
     patch
 }
 
+/// The object with the walls that were found as a part of it given to its toe.
+///
+/// Where cells are large, a pile and the wall it leans on hang together. At the core's edge, what
+/// rises too steeply from the rest of the core is the wall.
+pub(crate) fn without_found_walls(mut patch: Patch, margin_m: f64) -> Patch {
+    for _ in 0..NEAR {
+        let walls: Vec<usize> = patch.rim().filter(|&c| overtops(&patch, c, margin_m)).collect();
+        walls.into_iter().for_each(|cell| patch.zones[cell] = Zone::Toe);
+    }
+    patch
+}
+
+/// Whether a cell lies higher than bulk material could above one of the core's cells near it.
+fn overtops(patch: &Patch, cell: usize, margin_m: f64) -> bool {
+    let mut core = patch.around(cell, NEAR).filter(|&n| patch.zones[n] == Zone::Core);
+    core.any(|n| {
+        let ([x, y], [u, v]) = (patch.grid.center(cell), patch.grid.center(n));
+        let run = (u - x).hypot(v - y);
+        patch.heights_m[cell] - patch.heights_m[n] > margin_m + STEEPEST * run
+    })
+}
+
 /// Whether a cell in the toe, or of another object at the core's edge, rises too steeply from the
 /// core to be bulk material.
 fn is_wall(patch: &Patch, above: &[f64], cell: usize, margin_m: f64) -> bool {
