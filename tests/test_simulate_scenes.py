@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from divespot.simulate import GROUND, NAMES, STRAY, THING, SimulatedScan, scan
+from divespot.simulate import GROUND, NAMES, STRAY, THING, SimulatedScan, scan, scene_named
+from divespot.simulate.terrain import terrain
+from divespot.simulate.varied import REACH, VARIED
 
 
 @cache
@@ -32,7 +35,7 @@ def test_scene_gives_points_and_truth(name: str) -> None:
 def test_volumes_are_as_asked_unless_piles_touch(name: str) -> None:
     one = taken(name)
     asked = [pile.volume_m3 for pile in one.scene.piles]
-    exact = 0.1 if name == "touching-piles" else 1e-9
+    exact = 0.1 if name.endswith(("touching-piles", "-touching")) else 1e-9
     np.testing.assert_allclose(one.volumes_m3, asked, rtol=exact)
 
 
@@ -114,3 +117,33 @@ def test_heaps_are_as_wide_as_they_are_called(name: str, width_m: float) -> None
     surface = taken(name).surface
     spans = np.ptp(surface.x[columns]), np.ptp(surface.y[rows])
     assert np.mean(spans) == pytest.approx(width_m, rel=0.1)
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_what_the_seed_draws_has_room(name: str) -> None:
+    sizes_m = []
+    for seed in range(2, 6):
+        scene = scene_named(name, seed)
+        coarse = replace(scene, floor=replace(scene.floor, node_m=2 * scene.floor.node_m))
+        surface, volumes_m3 = terrain(coarse, seed)
+        for number, pile in enumerate(scene.piles, start=1):
+            rows, columns = np.nonzero(surface.owner == number)
+            slope = np.tan(np.radians(pile.repose_deg))
+            size_m = (3 * pile.volume_m3 / np.pi / slope) ** (1 / 3)
+            sizes_m.append(size_m)
+            x, y = surface.x[columns] - pile.center_m[0], surface.y[rows] - pile.center_m[1]
+            assert max(np.abs(x).max(), np.abs(y).max()) < REACH * size_m
+            # Most of a pile that touches others is still its own.
+            assert 0.7 * pile.volume_m3 < volumes_m3[number - 1] < 1.001 * pile.volume_m3
+    assert max(sizes_m) > 2 * min(sizes_m)
+
+
+@pytest.mark.parametrize("name", sorted(set(VARIED) - {"varied-one-side"}))
+def test_what_the_seed_draws_is_seen(name: str) -> None:
+    one = taken(name)
+    surface = one.surface
+    for number in range(1, len(one.volumes_m3) + 1):
+        own = one.in_scene()[one.labels == number, :2]
+        rows, columns = np.nonzero(surface.owner == number)
+        seen_m, true_m = np.ptp(own, axis=0), [np.ptp(surface.x[columns]), np.ptp(surface.y[rows])]
+        assert (seen_m > 0.75 * np.array(true_m)).all()

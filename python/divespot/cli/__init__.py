@@ -9,6 +9,7 @@ import click
 
 from divespot import __version__
 from divespot.cli.demo import demo
+from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
 from divespot.cli.measure import measure
 from divespot.cli.simulate import simulate
@@ -22,5 +23,5 @@ def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, simulate, demo):
+for command in (measure, simulate, demo, evaluate):
     main.add_command(command)

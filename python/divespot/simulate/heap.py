@@ -132,6 +132,17 @@ def _footprint_middle(form: Shape) -> Array:
     return np.array([side[i].min() + side[i].max() for i in (columns, rows)]) / 2
 
 
+def radius_of_cone(volume_m3: float, repose_deg: float) -> float:
+    """Radius of the cone of a volume at an angle of repose."""
+    slope = math.tan(math.radians(repose_deg))
+    return float((3 * volume_m3 / (math.pi * slope)) ** (1 / 3))
+
+
+def volume_of_cone(radius_m: float, repose_deg: float) -> float:
+    """Volume of the cone of a radius at an angle of repose."""
+    return math.pi / 3 * math.tan(math.radians(repose_deg)) * radius_m**3
+
+
 def roughness(shape_nodes: tuple[int, int], grain_nodes: float, rng: np.random.Generator) -> Array:
     """Gaussian random field of unit deviation, correlated over `grain_nodes` nodes."""
     white = np.fft.rfft2(rng.standard_normal(shape_nodes))
@@ -168,8 +179,7 @@ def heap(where: Plan, pile: Pile, ground_m: Array, rng: np.random.Generator) -> 
 
 def _scale(where: Plan, pile: Pile, heights: Callable[[float], Array]) -> Array:
     """Find the radius at which the volume is the wanted one; the last 1e-6 goes into the height."""
-    slope = math.tan(math.radians(pile.repose_deg))
-    radius_m = (3 * pile.volume_m3 / (math.pi * slope)) ** (1 / 3)
+    radius_m = radius_of_cone(pile.volume_m3, pile.repose_deg)
     for _ in range(40):
         height_m = heights(radius_m)
         share = where.volume_m3(height_m) / pile.volume_m3

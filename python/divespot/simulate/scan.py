@@ -61,9 +61,16 @@ class SimulatedScan:
         """(3,) unit vector against gravity, in the scan's frame."""
         return np.array(self.pose[:3, 2])
 
-    def in_scene(self) -> Array:
-        """(n, 3) points in the scene's frame, in metres."""
-        return np.asarray((self.points * self.scene.unit_m - self.pose[:3, 3]) @ self.pose[:3, :3])
+    def in_scene(self, positions: Array | None = None) -> Array:
+        """Positions in the scan's frame and unit, its own points unless given, in the scene's.
+
+        Returns
+        -------
+        positions_m
+            (n, 3) or (3,), in metres.
+        """
+        given = self.points if positions is None else positions
+        return np.asarray((given * self.scene.unit_m - self.pose[:3, 3]) @ self.pose[:3, :3])
 
 
 def scan(

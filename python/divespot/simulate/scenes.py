@@ -1,7 +1,7 @@
 """Scenes by name.
 
 A name fixes the kind and volume of the piles and how they are looked at; the seed draws the
-rest.
+rest. Of the scenes called varied it draws it all.
 """
 
 from __future__ import annotations
@@ -9,8 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
@@ -21,15 +19,19 @@ from divespot.simulate.shapes import (
     STRIPS_M,
     Maker,
     corn,
+    optical_pose,
     paper_shapes,
     shape,
     small_floor,
     unlevelled,
 )
 from divespot.simulate.surroundings import around
+from divespot.simulate.varied import VARIED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    import numpy as np
 
 
 def scene_named(name: str, seed: int = 0) -> Scene:
@@ -117,14 +119,6 @@ def optical_frame(rng: np.random.Generator) -> Scene:
         optical_pose(camera),
         fuse_voxel_m=0.0,
     )
-
-
-def optical_pose(camera: Camera) -> Pose:
-    """Turn the scene into the optical frame of a camera in the middle of its rail."""
-    roll_deg = -(180 + camera.pitch_deg)
-    lens_m = np.array([0.0, camera.offset_m, camera.height_m])
-    shift_m = -(Pose(roll_deg).matrix()[:3, :3] @ lens_m)
-    return Pose(roll_deg, shift_m=(float(shift_m[0]), float(shift_m[1]), float(shift_m[2])))
 
 
 def upside_down(rng: np.random.Generator) -> Scene:
@@ -291,6 +285,7 @@ NAMES: Mapping[str, Maker] = MappingProxyType(
         "utm-yard": utm_yard,
         "heap-10cm": heap_10cm,
         "grain-2m": grain_2m,
+        **VARIED,
     }
 )
 """What makes each named scene from random draws; `scene_named` calls it."""

@@ -30,6 +30,21 @@ VOXELS_M: Mapping[float, float] = MappingProxyType({1.3: 0.0055, 2.6: 0.0068, 5.
 """Fusing voxel of each area, for 300,000 to 450,000 points in view."""
 TABLE = ((1.3, (0.014, 0.028, 0.035)), (2.6, (0.028, 0.035)), (5.2, (0.335,)))
 """Areas in m2 and volumes in m3 of the paper; three shapes each."""
+ROWS = MappingProxyType(
+    {
+        f"shape-{i:02d}": row
+        for i, row in enumerate(
+            (
+                (area, volume, kind)
+                for area, volumes in TABLE
+                for volume in volumes
+                for kind in range(3)
+            ),
+            start=1,
+        )
+    }
+)
+"""Area in m2, volume in m3 and kind (see `corn`) of each row of the paper's table, by name."""
 
 
 def unlevelled(rng: np.random.Generator) -> Pose:
@@ -37,6 +52,14 @@ def unlevelled(rng: np.random.Generator) -> Pose:
     roll_deg, pitch_deg = rng.uniform(-4, 4, 2)
     x, y, z = rng.uniform(-1, 1, 3)
     return Pose(roll_deg, pitch_deg, rng.uniform(0, 360), (x, y, z))
+
+
+def optical_pose(camera: Camera) -> Pose:
+    """Turn the scene into the optical frame of a camera in the middle of its rail."""
+    roll_deg = -(180 + camera.pitch_deg)
+    lens_m = np.array([0.0, camera.offset_m, camera.height_m])
+    shift_m = -(Pose(roll_deg).matrix()[:3, :3] @ lens_m)
+    return Pose(roll_deg, shift_m=(float(shift_m[0]), float(shift_m[1]), float(shift_m[2])))
 
 
 def corn(volume_m3: float, kind: int, rng: np.random.Generator, center_m: XY = (0, 0)) -> Pile:
@@ -75,7 +98,5 @@ def shape_maker(area_m2: float, volume_m3: float, kind: int) -> Maker:
 
 
 def paper_shapes() -> dict[str, Maker]:
-    """Name the rows of the paper's table shape-01 to shape-18."""
-    rows = [(area, volume) for area, volumes in TABLE for volume in volumes]
-    makers = [shape_maker(*row, kind) for row in rows for kind in range(3)]
-    return {f"shape-{i:02d}": maker for i, maker in enumerate(makers, start=1)}
+    """Return what makes each row of the paper's table."""
+    return {name: shape_maker(*row) for name, row in ROWS.items()}

@@ -18,6 +18,21 @@ def around(strip_m: XY, frames: int, rng: np.random.Generator) -> tuple[Thing, .
     )
 
 
+def boxes_around(strip_m: XY, size_m: float, rng: np.random.Generator) -> tuple[Thing, ...]:
+    """Draw boxes at the ends of a strip whose largest pile has a radius of `size_m`."""
+    # The boxes stand by piles with a radius of a third of a metre.
+    scale = size_m / 0.35
+    length_m, width_m = strip_m
+    return tuple(
+        Box(
+            (scale * box.center_m[0], scale * box.center_m[1]),
+            (scale * box.size_m[0], scale * box.size_m[1], scale * box.size_m[2]),
+            box.heading_deg,
+        )
+        for box in boxes((length_m / scale, width_m / scale), rng)
+    )
+
+
 def wall_along(strip_m: XY, side: int, rng: np.random.Generator) -> Wall:
     """Wall beside the strip, from somewhere before its start to somewhere near its end."""
     y = side * (strip_m[1] / 2 + rng.uniform(0.25, 0.4))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
-from divespot.simulate.heap import heap, plan
+from divespot.simulate.heap import heap, plan, radius_of_cone
 from divespot.simulate.scene import Pile, Scene, Thing, Wall
 from divespot.simulate.solids import solids_of
 from divespot.simulate.surface import Surface, axes, floor_heights
@@ -51,8 +51,7 @@ def leaned_walls(scene: Scene) -> list[Wall]:
 
 def _window(nodes: Array, pile: Pile, axis: int) -> slice:
     """Nodes within generous reach of a pile, so that a small pile on a large floor is cheap."""
-    slope = math.tan(math.radians(pile.repose_deg))
-    radius_m = (3 * pile.volume_m3 / (math.pi * slope)) ** (1 / 3)
+    radius_m = radius_of_cone(pile.volume_m3, pile.repose_deg)
     reach_m = radius_m * (2.0 + 0.5 * (pile.ridge + pile.spread))
     middle = pile.center_m[axis]
     low, high = np.searchsorted(nodes, [middle - reach_m, middle + reach_m])

@@ -16,6 +16,8 @@ NEAR_NODES = 0.5
 """Gap, in node spacings, below which the secant may lengthen a ray's step."""
 CLOSE_NODES = 1e-5
 """Gap, in node spacings, that counts as a hit."""
+TOGETHER = 8192
+"""Rays that are followed together: few enough that a step's arrays stay in the cache."""
 MAX_STEPS = 200
 """A ray still above the surface after so many steps grazes it and returns nothing."""
 
@@ -44,6 +46,11 @@ def meet_surface(surface: Surface, origin: Array, rays: Array) -> Array:
     rays
         (n, 3) unit vectors.
     """
+    hits = [_meet(surface, origin, rays[i : i + TOGETHER]) for i in range(0, len(rays), TOGETHER)]
+    return np.concatenate(hits)
+
+
+def _meet(surface: Surface, origin: Array, rays: Array) -> Array:
     start, stop = span(origin, rays, *surface.bounds)
     closing = surface.steepest * np.hypot(rays[:, 0], rays[:, 1]) - rays[:, 2]
     (live,) = np.nonzero((start < stop) & (closing > 0))

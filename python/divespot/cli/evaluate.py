@@ -1,0 +1,149 @@
+"""``divespot evaluate``: how far the measurement is from the truth."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import time
+from typing import IO, TYPE_CHECKING, Any
+
+import click
+
+from divespot.cli.screen import progress_bar, stdout_console
+
+if TYPE_CHECKING:
+    from divespot.evaluate import Evaluation
+
+SCHEMA = "divespot.evaluation/1"
+
+
+@click.command()
+@click.option(
+    "--scenes",
+    metavar="NAMES",
+    help="simulated scenes, separated by commas, with * for any letters  [default: all, or none "
+    "with --scans]",
+)
+@click.option(
+    "--scans",
+    type=click.Path(),
+    metavar="LIST.csv",
+    help="list of real scans: columns path and volume_m3, maybe unit; a row for each pile",
+)
+@click.option(
+    "--seeds",
+    type=click.IntRange(min=1),
+    default=5,
+    show_default=True,
+    help="scans of each scene; those called varied are scanned 4 times as often",
+)
+@click.option(
+    "--first-seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="first seed of each scene; 1000 and above were never used to choose anything",
+)
+@click.option(
+    "--density",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="points wanted of each simulated scan, relative to the scene's own",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=lambda: os.cpu_count() or 1,
+    show_default="processors",
+    help="processes that simulate and measure",
+)
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False),
+    metavar="DIR",
+    help="folder where finished scans are kept: after an interruption only the others are made",
+)
+@click.option(
+    "--json",
+    "json_file",
+    type=click.File("w", encoding="utf-8", lazy=True),
+    metavar="PATH|-",
+    help="write all results as JSON, - for stdout and nothing else there",
+)
+def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
+    scenes: str | None,
+    scans: str | None,
+    seeds: int,
+    first_seed: int,
+    density: float,
+    jobs: int,
+    out: str | None,
+    json_file: IO[str] | None,
+) -> None:
+    """Measure scans of known volume with the default settings, and tell the errors.
+
+    Prints a row for each kind of scene, the errors of thinned scans beside the paper's, how often
+    u95 holds the truth, and the goals with what was reached. A pile that was not found is an
+    error of 100 %; what else was called a pile is told under remarks.
+    """
+    from divespot.evaluate import evaluate as run  # noqa: PLC0415 - slow to import
+    from divespot.report import finite  # noqa: PLC0415 - as above
+
+    begin = time.monotonic()
+    with progress_bar("evaluating") as on_round:
+        evaluation = run(
+            None if scenes is None else scenes.split(","),
+            seeds=seeds,
+            first_seed=first_seed,
+            density=density,
+            scans=scans,
+            jobs=jobs,
+            folder=out,
+            on_round=on_round,
+        )
+    if json_file is not None:
+        chosen = {"seeds": seeds, "first_seed": first_seed, "density": density}
+        everything = finite({**described(evaluation), **chosen})
+        click.echo(json.dumps(everything, indent=1, allow_nan=False), file=json_file)
+    if json_file is None or json_file.name != "-":
+        show(evaluation)
+        click.echo(f"\n{_count(evaluation)} at density {density:g} in {_since(begin)}")
+
+
+def described(evaluation: Evaluation) -> dict[str, Any]:
+    """Return an evaluation for JSON: every outcome, a summary of each kind, the goals."""
+    from divespot import __version__  # noqa: PLC0415 - the package imports this module
+    from divespot.evaluate import goals  # noqa: PLC0415 - slow to import
+
+    kinds = {kind: dataclasses.asdict(summary) for kind, summary in evaluation.summaries().items()}
+    return {
+        "schema": SCHEMA,
+        "divespot": __version__,
+        **dataclasses.asdict(evaluation),
+        "kinds": kinds,
+        "goals": [dataclasses.asdict(goal) for goal in goals(evaluation)],
+    }
+
+
+def show(evaluation: Evaluation) -> None:
+    """Print an evaluation for people."""
+    from divespot.cli import evaluation_tables as tables  # noqa: PLC0415 - slow to import
+
+    console = stdout_console()
+    for heading, table in tables.tables_of(evaluation):
+        click.echo(f"\n{heading}\n")
+        console.print(table)
+
+
+def _count(evaluation: Evaluation) -> str:
+    scans = len(evaluation.whole) + len(evaluation.real)
+    seeds = sorted({one.seed for one in evaluation.whole if one.seed is not None})
+    told = f", seeds {seeds[0]} to {seeds[-1]}," if seeds else ""
+    return f"{scans} scans{told} and {len(evaluation.thinned)} thinned ones"
+
+
+def _since(begin: float) -> str:
+    seconds = round(time.monotonic() - begin)
+    return f"{seconds // 60} min {seconds % 60} s"

@@ -1,0 +1,140 @@
+"""An evaluation as tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from divespot.cli.tables import plain_table
+from divespot.evaluate import Summary, goals
+from divespot.evaluate.evaluation import kinds_of
+from divespot.evaluate.goals import COMPRESSION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.table import Table
+
+    from divespot.evaluate import ErrorStatistics, Evaluation, Outcome
+
+
+def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
+    """Yield a heading and a table for each part of an evaluation that is there."""
+    if evaluation.whole:
+        yield "Errors of the piles in %, by kind of scene", kinds_table(evaluation)
+        if (remarks := remarks_table(evaluation)).row_count:
+            yield "What went wrong", remarks
+    if evaluation.thinned:
+        yield "Errors of the paper's shapes in %, thinned", compression_table(evaluation)
+    if evaluation.real:
+        yield "Real scans", real_table(evaluation)
+    if found := goals(evaluation):
+        table = plain_table("goal", "wanted %", "is %", "")
+        for goal in found:
+            table.add_row(goal.what, goal.wanted, _percent(goal.value), goal.verdict)
+        yield "Goals", table
+
+
+def kinds_table(evaluation: Evaluation) -> Table:
+    """Return a row for each kind of scene, and one for all.
+
+    right: scans where every pile was found and nothing else called one; held: share of the piles
+    whose truth lies within u95; u95: its median, as a share of the volume.
+    """
+    table = plain_table("scene", "scans", "right", "mean", "largest", "bias", "held", "u95")
+    for kind, summary in evaluation.summaries().items():
+        table.add_row(kind, *_counts(summary), *_figures(summary.piles))
+    table.add_section()
+    everything = Summary.of(evaluation.whole)
+    table.add_row("all, each pile", *_counts(everything), *_figures(everything.piles))
+    table.add_row("all, total", "", "", *_figures(everything.total))
+    return table
+
+
+def remarks_table(evaluation: Evaluation) -> Table:
+    """Return a row for each thing that went wrong in a kind of scene, and how often it did."""
+    table = plain_table("scene", "times")
+    table.add_column("what")
+    scenes = dict.fromkeys(kinds_of(one.scene)[0] for one in evaluation.whole)
+    for kind in scenes:
+        summary = Summary.of(evaluation.of_kind(kind))
+        wrong = {
+            "not measured: ": summary.failures,
+            "a pile not found: ": summary.missed,
+            "called a pile: ": summary.extras,
+        }
+        for what, names in wrong.items():
+            for name, times in sorted(names.items()):
+                table.add_row(kind, str(times), what + name)
+    return table
+
+
+def compression_table(evaluation: Evaluation) -> Table:
+    """Return a row for each voxel edge, the paper's figures beside ours."""
+    table = plain_table(
+        "voxel m", "kept", "mean", "largest", "held", "right", "paper: kept", "paper: mean"
+    )
+    for row in COMPRESSION:
+        outcomes = [one for one in evaluation.thinned if one.voxel_m == row.voxel_m]
+        summary = Summary.of(outcomes)
+        piles = summary.piles
+        kept = sum(one.kept for one in outcomes) / len(outcomes)
+        table.add_row(
+            f"{row.voxel_m:g}",
+            f"{kept:.4f}",
+            *map(_percent, (piles.mean_error, piles.largest_error)),
+            _percent(piles.coverage),
+            f"{summary.right}/{summary.scans}",
+            f"{row.paper_kept:.4f}",
+            _percent(row.paper_error),
+        )
+    return table
+
+
+def real_table(evaluation: Evaluation) -> Table:
+    """Return a row for each pile of each real scan."""
+    table = plain_table("scan", "known m³", "measured", "u95", "error %")
+    table.add_column("remarks")
+    for one in evaluation.real:
+        for row in _real_rows(one):
+            table.add_row(*row)
+    return table
+
+
+def _real_rows(one: Outcome) -> Iterator[list[str]]:
+    name = Path(one.scene).name
+    for pile in one.piles:
+        if pile.volume_m3 is None or pile.u95_m3 is None:
+            why = one.failure or "nothing found"
+            yield [name, f"{pile.truth_m3:.4g}", "-", "-", _percent(pile.error), why]
+        else:
+            yield [
+                name,
+                f"{pile.truth_m3:.4g}",
+                f"{pile.volume_m3:.4g}",
+                f"{pile.u95_m3:.2g}",
+                _percent(pile.error),
+                pile.instead or "",
+            ]
+
+
+def _counts(summary: Summary) -> list[str]:
+    return [str(summary.scans), str(summary.right)]
+
+
+def _figures(errors: ErrorStatistics) -> list[str]:
+    shares = (
+        errors.mean_error,
+        errors.largest_error,
+        errors.bias,
+        errors.coverage,
+        errors.median_u95,
+    )
+    return [*map(_percent, shares)]
+
+
+def _percent(share: float | None) -> str:
+    """Return a share in percent, in no more digits than a column holds."""
+    if share is None:
+        return "-"
+    return f"{100 * share:.{2 if abs(share) < 0.1 else 1 if abs(share) < 1.0 else 0}f}"

@@ -1,0 +1,153 @@
+"""What the measurement is to reach, beside what it does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from divespot.evaluate.evaluation import SHAPES, Evaluation
+from divespot.evaluate.statistics import ErrorStatistics, Summary
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from divespot.evaluate.outcome import Outcome
+
+Verdict = Literal["reached", "on average", "missed", "too few"]
+
+
+@dataclass(frozen=True)
+class Compression:
+    """A row of the paper's compression table, and what is to be reached there."""
+
+    voxel_m: float
+    paper_kept: float
+    paper_error: float
+    goal: float
+
+
+COMPRESSION = (
+    Compression(0.01, 0.3104, 0.0168, 0.004),
+    Compression(0.02, 0.0822, 0.0255, 0.005),
+    Compression(0.05, 0.0145, 0.0317, 0.01),
+    Compression(0.1, 0.0038, 0.0572, 0.02),
+    Compression(0.2, 0.0011, 0.0854, 0.05),
+    Compression(0.3, 0.0005, 0.2945, 0.08),
+)
+SHAPES_MEAN, SHAPES_LARGEST, SHAPES_U95 = 0.004, 0.015, 0.015
+EACH_PILE = {
+    "three-piles": 0.01,
+    "touching-piles": 0.04,
+    "big-wall": 0.01,
+    "optical-frame": 0.01,
+    "utm-yard": 0.01,
+    "strays": 0.02,
+    "wavering-floor": 0.02,
+    "folded-floor": 0.02,
+    "stepped-floor": 0.02,
+    "bay": 0.03,
+    "one-side": 0.1,
+}
+"""Largest error of a pile, by kind of scene."""
+TOUCHING, TOUCHING_TOTAL = "touching-piles", 0.01
+ONE_SIDE = "one-side"
+NO_PILE = ("bare-floor", "sharp-box")
+"""Kinds of scenes without a pile to find."""
+COVERAGE, COVERAGE_SCANS = (0.93, 0.97), 300
+REAL = 0.08
+"""Largest error against the references of real scans, which are no surer themselves."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A figure to reach, in percent as people read it, and the figure reached, a share.
+
+    `verdict` is "on average" where a mean reaches what each single one should, and "too few"
+    where there were not enough scans to tell.
+    """
+
+    what: str
+    wanted: str
+    value: float
+    verdict: Verdict
+
+
+def goals(evaluation: Evaluation) -> list[Goal]:
+    """Return the goals of all that was evaluated."""
+    return [
+        *_shapes(evaluation.of_kind(SHAPES)),
+        *_compression(evaluation.thinned),
+        *_each_pile(evaluation),
+        *_no_pile(evaluation),
+        *_coverage(evaluation.whole),
+        *_real(evaluation.real),
+    ]
+
+
+def _at_most(what: str, value: float | None, limit: float) -> Iterator[Goal]:
+    if value is not None:
+        reached: Verdict = "reached" if value <= limit else "missed"
+        yield Goal(what, f"≤ {100 * limit:g}", value, reached)
+
+
+def _shapes(shapes: list[Outcome]) -> Iterator[Goal]:
+    piles = Summary.of(shapes).piles
+    yield from _at_most(f"{SHAPES}: mean error", piles.mean_error, SHAPES_MEAN)
+    yield from _at_most(f"{SHAPES}: largest error", piles.largest_error, SHAPES_LARGEST)
+    yield from _at_most(f"{SHAPES}: median u95", piles.median_u95, SHAPES_U95)
+
+
+def _compression(thinned: tuple[Outcome, ...]) -> Iterator[Goal]:
+    for row in COMPRESSION:
+        piles = Summary.of([one for one in thinned if one.voxel_m == row.voxel_m]).piles
+        yield from _at_most(f"voxels of {row.voxel_m:g} m: mean error", piles.mean_error, row.goal)
+
+
+def _each_pile(evaluation: Evaluation) -> Iterator[Goal]:
+    for kind, limit in EACH_PILE.items():
+        summary = Summary.of(evaluation.of_kind(kind))
+        yield from _each(f"{kind}: each pile", summary.piles, limit)
+        if kind == TOUCHING:
+            yield from _each(f"{kind}: total", summary.total, TOUCHING_TOTAL)
+        if kind == ONE_SIDE and summary.piles.coverage is not None:
+            covered = summary.piles.coverage
+            verdict: Verdict = "reached" if covered == 1.0 else "missed"
+            yield Goal(f"{kind}: inside its own u95", "100", covered, verdict)
+
+
+def _each(what: str, errors: ErrorStatistics, limit: float) -> Iterator[Goal]:
+    largest, mean = errors.largest_error, errors.mean_error
+    if largest is None or mean is None:
+        return
+    if mean <= limit < largest:
+        yield Goal(f"{what}, largest error", f"≤ {100 * limit:g}", largest, "on average")
+    else:
+        yield from _at_most(f"{what}, largest error", largest, limit)
+
+
+def _no_pile(evaluation: Evaluation) -> Iterator[Goal]:
+    for kind in NO_PILE:
+        if scans := evaluation.of_kind(kind):
+            right = sum(one.right for one in scans) / len(scans)
+            verdict: Verdict = "reached" if right == 1.0 else "missed"
+            yield Goal(f"{kind}: no pile", "100", right, verdict)
+
+
+def _coverage(whole: tuple[Outcome, ...]) -> Iterator[Goal]:
+    summary = Summary.of(whole)
+    for what, errors in (("each pile", summary.piles), ("total", summary.total)):
+        if errors.coverage is None:
+            continue
+        low, high = COVERAGE
+        # A scan without a pile has no volume to hold.
+        if summary.total.count < COVERAGE_SCANS:
+            verdict: Verdict = "too few"
+        else:
+            verdict = "reached" if low <= errors.coverage <= high else "missed"
+        wanted = f"{100 * low:g} to {100 * high:g}"
+        yield Goal(f"u95 holds the truth, {what}", wanted, errors.coverage, verdict)
+
+
+def _real(real: tuple[Outcome, ...]) -> Iterator[Goal]:
+    errors = Summary.of(real).piles
+    yield from _at_most("real scans: largest error", errors.largest_error, REAL)

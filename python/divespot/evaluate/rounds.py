@@ -1,0 +1,171 @@
+"""Rounds of an experiment: in parallel, in a fixed order, kept on disk, safe to interrupt.
+
+A round is a frozen dataclass of plain values; its work is a function of that alone, so the results
+depend neither on the number of processes nor on an interruption.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import json
+import multiprocessing
+import os
+import signal
+import threading
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import divespot
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+Json = dict[str, Any]
+R = TypeVar("R")
+
+#: Name of the file of kept rounds in the folder that is given.
+KEPT = "rounds.jsonl"
+
+
+def run_rounds(
+    work: Callable[[R], Json],
+    rounds: Sequence[R],
+    *,
+    jobs: int = 1,
+    folder: str | os.PathLike[str] | None = None,
+    on_done: Callable[[], None] | None = None,
+) -> list[Json]:
+    """Do the work of each round, and return the results in the order of the rounds.
+
+    Parameters
+    ----------
+    work
+        A function at the top level of a module: it takes a round and returns plain JSON values.
+    rounds
+        Frozen dataclasses of plain values, no two alike.
+    jobs
+        Processes. With more than one they are spawned, so a script that calls this must guard
+        what it runs with ``if __name__ == "__main__"``.
+    folder
+        Where finished rounds are kept, a line each, and taken from when the same rounds are run
+        again by the very same build of divespot.
+    on_done
+        Called as each round is done, or found done before.
+
+    Raises
+    ------
+    DivespotError
+        There is no job to do the work, or the folder cannot be used, or a process was killed.
+
+    """
+    if jobs < 1:
+        raise DivespotError(f"jobs is {jobs}: a whole number of 1 or more is needed")
+    shelf = _Shelf(work, folder)
+    results = {i: done for i, one in enumerate(rounds) if (done := shelf.get(one)) is not None}
+    missing = {i: one for i, one in enumerate(rounds) if i not in results}
+    for _ in results:
+        _tell(on_done)
+    for i, result in _carry_out(work, missing, min(jobs, max(len(missing), 1))):
+        shelf.put(rounds[i], result)
+        results[i] = result
+        _tell(on_done)
+    return [results[i] for i in range(len(rounds))]
+
+
+def _tell(on_done: Callable[[], None] | None) -> None:
+    if on_done is not None:
+        on_done()
+
+
+def _carry_out(
+    work: Callable[[R], Json], rounds: dict[int, R], jobs: int
+) -> Iterator[tuple[int, Json]]:
+    """Yield the number and the result of each round as it is done."""
+    if jobs == 1:
+        yield from ((i, work(one)) for i, one in rounds.items())
+        return
+    # Spawned, not forked: a fork would inherit the threads of NumPy and of the core half alive.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(jobs, context, _serve)
+    try:
+        futures = {pool.submit(work, one): i for i, one in rounds.items()}
+        yield from ((futures[future], future.result()) for future in as_completed(futures))
+    except BrokenProcessPool:
+        raise DivespotError(
+            f"one of {jobs} processes was killed, maybe for want of memory: fewer jobs are needed"
+        ) from None
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _serve() -> None:
+    """Leave Ctrl-C to the parent, so that rounds under way end; do not outlive it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        # Nothing is left to be told, and what waits for the next round would wait forever.
+        os._exit(1)
+
+
+class _Shelf:
+    """Finished rounds in a file, found again by work, build and round."""
+
+    def __init__(self, work: Callable[..., Json], folder: str | os.PathLike[str] | None) -> None:
+        self._path = None if folder is None else Path(folder) / KEPT
+        self._name = f"{work.__module__}.{work.__qualname__}"
+        self._kept: dict[str, Json] = {}
+        if self._path is not None:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._kept = dict(_lines(self._path))
+
+    def get(self, one: Any) -> Json | None:  # noqa: ANN401 - any dataclass
+        """Return the kept result of a round."""
+        return self._kept.get(self._key(one)) if self._path is not None else None
+
+    def put(self, one: Any, result: Json) -> None:  # noqa: ANN401 - as above
+        """Keep the result of a round."""
+        if self._path is None:
+            return
+        with self._path.open("a", encoding="utf-8") as file:
+            # A round cut off in the middle of its line leaves that line alone.
+            file.write(f"\n{json.dumps({'round': self._key(one), 'result': result})}\n")
+
+    def _key(self, one: Any) -> str:  # noqa: ANN401 - as above
+        described = {"work": self._name, "build": build(), **dataclasses.asdict(one)}
+        return json.dumps(described, sort_keys=True)
+
+
+def _lines(path: Path) -> Iterator[tuple[str, Json]]:
+    if path.exists():
+        lines = path.read_text(encoding="utf-8").splitlines()
+        yield from (kept for line in lines if (kept := _line(line)) is not None)
+
+
+def _line(line: str) -> tuple[str, Json] | None:
+    """Return a round and its result; None if the line is empty, or cut off by an interruption."""
+    try:
+        kept = json.loads(line)
+        return kept["round"], kept["result"]
+    except (ValueError, TypeError, KeyError):
+        return None
+
+
+@functools.cache
+def build() -> str:
+    """Return a digest of all the code of this build: another build's results are another's."""
+    package = Path(divespot.__file__).parent
+    digest = hashlib.blake2b(digest_size=8)
+    for path in sorted([*package.rglob("*.py"), *package.glob("_native*")]):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,106 @@
+"""Statistics of errors."""
+
+from __future__ import annotations
+
+import statistics
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from divespot.evaluate.outcome import Outcome, PileOutcome
+
+
+NONE = "no object of its own"
+
+
+@dataclass(frozen=True)
+class ErrorStatistics:
+    """How far measured volumes are from the truth; None where there is nothing to tell.
+
+    Attributes
+    ----------
+    count
+        Number of true volumes.
+    mean_error, largest_error
+        Mean and largest absolute relative error.
+    bias
+        Mean relative error, with its sign.
+    coverage
+        Share of the volumes whose truth lies within the expanded uncertainty.
+    median_u95
+        Median expanded uncertainty, as a share of the true volume, of those that were found.
+
+    """
+
+    count: int
+    mean_error: float | None
+    largest_error: float | None
+    bias: float | None
+    coverage: float | None
+    median_u95: float | None
+
+    @classmethod
+    def of(cls, volumes: Iterable[PileOutcome]) -> ErrorStatistics:
+        """Take the statistics of some volumes."""
+        known = list(volumes)
+        if not known:
+            return cls(0, None, None, None, None, None)
+        errors = [one.error for one in known]
+        u95 = [one.u95_m3 / one.truth_m3 for one in known if one.u95_m3 is not None]
+        return cls(
+            count=len(known),
+            mean_error=statistics.fmean(map(abs, errors)),
+            largest_error=max(map(abs, errors)),
+            bias=statistics.fmean(errors),
+            coverage=statistics.fmean(one.covered for one in known),
+            median_u95=statistics.median(u95) if u95 else None,
+        )
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What came of some scans of a kind.
+
+    Attributes
+    ----------
+    scans, right
+        Number of scans, and of those where every pile was found and nothing else called one.
+    piles, total
+        Statistics of each pile, and of all piles of a scan together.
+    extras
+        What else was called a pile, and how often.
+    missed
+        Why piles were called none, and how often; `NONE` where nothing of their own was found.
+    failures
+        Why scans were not measured at all, and how often.
+
+    """
+
+    scans: int
+    right: int
+    piles: ErrorStatistics
+    total: ErrorStatistics
+    extras: Mapping[str, int]
+    missed: Mapping[str, int]
+    failures: Mapping[str, int]
+
+    @classmethod
+    def of(cls, outcomes: Sequence[Outcome]) -> Summary:
+        """Sum up outcomes."""
+        piles = [pile for one in outcomes for pile in one.piles]
+        return cls(
+            scans=len(outcomes),
+            right=sum(one.right for one in outcomes),
+            piles=ErrorStatistics.of(piles),
+            total=ErrorStatistics.of(one.total for one in outcomes if one.total is not None),
+            extras=_counted(extra.what for one in outcomes for extra in one.extras),
+            missed=_counted(pile.instead or NONE for pile in piles if pile.volume_m3 is None),
+            failures=_counted(one.failure for one in outcomes if one.failure is not None),
+        )
+
+
+def _counted(names: Iterable[str]) -> dict[str, int]:
+    return dict(Counter(names))
