@@ -4,6 +4,7 @@
 //! Calculation"), which the paper repairs with an empirical factor. Here the cells of the toe are
 //! kept, signed: outside the pile they average to nothing, so no factor is needed.
 
+mod alone;
 mod base;
 mod budget;
 mod film;
@@ -105,37 +106,13 @@ pub fn measure(
     }
     let whole = patches(&scene, &with_flanks(&scene, labels, &found, settings), settings);
     let pairs = found.into_iter().zip(whole);
-    let parted = pairs.flat_map(|((n, found), (_, whole))| {
-        parted(found, whole, settings).into_iter().map(move |pair| (n, pair))
+    let alone = pairs.flat_map(|((n, found), (_, whole))| {
+        alone::alone(found, whole, settings).into_iter().map(move |pair| (n, pair))
     });
     let mut objects: Vec<Object> =
-        parted.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
+        alone.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
     shadow::mark(&scene, &mut objects);
     Ok(objects)
-}
-
-/// Touching piles one by one, each as `found` and as a `whole` with its flanks, without the walls
-/// they lean on. Their ground is the ground around all of them.
-fn parted(found: Patch, whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
-    let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
-    let is_pile = why_no_pile(&found, &base, settings).is_none();
-    let free = |patch| wall::without_walls(patch, &base, settings.margin_m);
-    let clean = |patch| wall::without_found_walls(patch, settings.margin_m);
-    let (found, whole) = if is_pile {
-        (free(clean(found)), spike::without_spikes(free(clean(whole)), settings.margin_m))
-    } else {
-        (free(found), free(whole))
-    };
-    let above = fill_gaps(&whole, &above_base(&whole, &base));
-    let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
-        return vec![(found, whole)];
-    };
-    let count = parts.iter().flatten().max().map_or(0, |most| most + 1);
-    let part = |k: usize| {
-        let kept = |p: [f64; 2]| parts[whole.grid.cell(&p)] == Some(k);
-        (found.part(kept), whole.part(kept))
-    };
-    (0..count).map(part).collect()
 }
 
 /// The labels, and with them the cells that flow down from each object to the ground around it.
