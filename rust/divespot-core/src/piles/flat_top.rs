@@ -82,9 +82,13 @@ fn covered(grid: &Grid, on_top: &BTreeMap<usize, f64>) -> f64 {
     on_top.iter().map(share).sum()
 }
 
+/// What lies beyond the top was counted too much: trimming never adds.
 fn trim(object: &mut Object, height_m: f64, area_m2: f64) {
     let volume = Volume { cut_m3: height_m * area_m2, fill_m3: 0.0, area_m2 };
     let between_m3 = object.volume.net_m3() - volume.net_m3();
+    if between_m3 <= 0.0 {
+        return;
+    }
     object.budget.footprint_m3 = object.budget.footprint_m3.hypot(BETWEEN * between_m3);
     object.volume = volume;
     object.footprint_m2 = area_m2;
