@@ -18,16 +18,18 @@ Find = Callable[[str], Path]
 
 def test_a_cardboard_box_before_a_tilted_camera(real_scan: Find) -> None:
     report = divespot.measure(real_scan("kinectv2_box_1.ply"))
-    close = [o for o in objects(report) if o.volume_m3 == pytest.approx(0.0303, rel=0.15)]
+    close = [o for o in objects(report) if o.volume_m3 == pytest.approx(0.0303, rel=0.08)]
     assert len(close) == 1
     assert close[0] == max(objects(report), key=lambda o: o.volume_m3)
+    # The haze behind it is no pile.
+    assert not report.piles
     assert report.source.dropped_zero == 15_081
     assert report.ground.tilt_deg > 30
 
 
 def test_a_stockpile_on_a_yard(real_scan: Find) -> None:
     report = divespot.measure(real_scan("uav_pile_id10_crop.npy"))
-    assert 75 <= report.piles[0].volume_m3 <= 92
+    assert 79 / 1.08 <= report.piles[0].volume_m3 <= 86 * 1.08
 
 
 def test_pixels_without_a_depth_are_no_ground(real_scan: Find) -> None:

@@ -125,6 +125,8 @@ class RawObject:
     @property
     def touches_edge(self) -> bool: ...
     @property
+    def leans_on_wall(self) -> bool: ...
+    @property
     def base(self) -> str: ...
     @property
     def reason(self) -> str | None: ...
@@ -151,7 +153,7 @@ def plane_base(
     level_m: float, tilt: Sequence[float], noise_m: float, u_level_m: float, given: bool
 ) -> RawBase: ...
 def surface_base(
-    points: NDArray[Any],
+    points: NDArray[np.float64],
     shape: tuple[int, ...],
     origin_m: Sequence[float],
     cell_m: float,
@@ -167,6 +169,7 @@ def measure_objects(
     labels: NDArray[np.int32],
     toe_cells: int,
     measuring: _Measuring,
+    points: NDArray[np.float64],
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def measure_inside(
     heights_m: NDArray[np.float64],

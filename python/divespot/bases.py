@@ -172,7 +172,7 @@ def _surface_points(path: str, frame: Frame, settings: Settings) -> NDArray[np.f
     """Read points into the level frame, strays removed as those of any scan."""
     scan = read(path)
     in_metres = scan.points if scan.unit_stated else scan.points * frame.metres
-    points, origin, _, _ = _native.seen(in_metres)
+    points, origin, _, _ = _native.seen(in_metres, settings.threads)
     try:
         own = Settings(min_neighbors=settings.min_neighbors, seed=settings.seed)
         _, own = take_survey(points, own.changed(threads=settings.threads))

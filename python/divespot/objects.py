@@ -165,17 +165,21 @@ class Measured:
 
 
 def measure_objects(
+    points: NDArray[np.float64],
     grid: HeightMap,
     labels: NDArray[np.int32],
     ground: GroundLevel,
     bases: Bases,
     settings: Settings,
 ) -> Measured:
-    """Integrate each object above its base, its toe included."""
+    """Integrate each object above its base, its toe included.
+
+    Touching piles are parted; boxes end where the points on their flat top do.
+    """
     measuring = _measuring(ground, bases, settings)
     steps = _steps(grid, settings.toe_m)
     found = _native.measure_objects(
-        grid.heights_m, grid.origin_m, grid.cell_m, labels, steps, measuring
+        grid.heights_m, grid.origin_m, grid.cell_m, labels, steps, measuring, points
     )
     return Measured(*found, tuple(bases.compared))
 
@@ -251,6 +255,7 @@ def _pile(raw: _native.RawObject, measured: Measured, frame: Frame, settings: Se
         outline_m=tuple(place(corner) for corner in raw.outline_m),
         seen_fraction=raw.seen_fraction,
         touches_edge=raw.touches_edge,
+        leans_on_wall=raw.leans_on_wall,
         mass_kg=mass,
         u95_mass_kg=None if u_mass is None else COVERAGE * u_mass,
         base=raw.base if settings.base == "local" else settings.base.partition("=")[0],

@@ -82,7 +82,7 @@ def measure(
     bases = run("base", find_bases, grid, ground, frame, s)
     if s.outline is None:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
-        measured = run("volume", measure_objects, grid, labels, ground, bases, s)
+        measured = run("volume", measure_objects, points, grid, labels, ground, bases, s)
     else:
         regions = run("outline", read_regions, s.outline, frame)
         measured = run("volume", measure_regions, grid, regions, ground, bases, s)

@@ -76,7 +76,8 @@ def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
     if weighed:
         cells.append(_mass(item))
     runs_out = "runs out of the scan" if item.touches_edge else None
-    return [*cells, ", ".join(filter(None, (item.reason, runs_out)))]
+    leans = "leans on a wall" if item.leans_on_wall else None
+    return [*cells, ", ".join(filter(None, (item.reason, runs_out, leans)))]
 
 
 def _title(pile: Pile) -> str:

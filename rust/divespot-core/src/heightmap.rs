@@ -94,6 +94,13 @@ impl Grid {
         column == 0 || row == 0 || column + 1 == self.columns || row + 1 == self.rows
     }
 
+    /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
+    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + use<> {
+        let (grid, span) = (*self, -reach..=reach);
+        span.clone()
+            .flat_map(move |dy| span.clone().filter_map(move |dx| grid.neighbor(cell, dx, dy)))
+    }
+
     /// The neighbour `dx` columns and `dy` rows away, if there is one.
     #[must_use]
     pub fn neighbor(&self, cell: usize, dx: isize, dy: isize) -> Option<usize> {

@@ -22,6 +22,7 @@ pub(crate) struct RawObject {
     outline_m: Vec<Place>,
     seen_fraction: f64,
     touches_edge: bool,
+    leans_on_wall: bool,
     base: &'static str,
     reason: Option<&'static str>,
     noise_m3: f64,
@@ -44,6 +45,7 @@ impl From<Object> for RawObject {
             outline_m: object.outline_m.into_iter().map(Place::from).collect(),
             seen_fraction: object.seen_fraction,
             touches_edge: object.touches_edge,
+            leans_on_wall: object.leans_on_wall,
             base: match object.base.kind {
                 Kind::Ring => "ring",
                 Kind::RingLevel => "ring level",
@@ -53,6 +55,7 @@ impl From<Object> for RawObject {
             reason: object.reason.map(|reason| match reason {
                 Reason::SteepSides => "steep sides",
                 Reason::Thin => "thin",
+                Reason::Shadow => "beside a shadow",
             }),
             noise_m3: object.budget.noise_m3,
             base_m3: object.budget.base_m3,
@@ -132,11 +135,17 @@ pub(crate) fn measure_objects<'py>(
     labels: PyReadonlyArray1<'py, i32>,
     toe_cells: u32,
     measuring: Measuring<'py>,
+    points: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let settings = settings(toe_cells, measuring);
-    measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &labels, &settings))
+    let (points, _) = points.as_slice()?.as_chunks::<3>();
+    measured(py, &map, || {
+        let mut objects = piles::measure(&map.grid, &map.heights_m, &labels, &settings)?;
+        piles::trim_flat_tops(&map.grid, points, &mut objects, settings.margin_m);
+        Ok(objects)
+    })
 }
 
 /// As `measure_objects`, inside outlines; those of a region first go around it, then its holes.

@@ -12,8 +12,9 @@ use crate::robust::{median, scale};
 
 /// Fewer cells than this carry no plane of their own.
 pub(crate) const FEWEST: usize = 12;
-/// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
-const FEWEST_SECTORS: usize = 10;
+/// A ring with this many sectors (of [`SECTORS`]) unseen in a row, half a turn, does not enclose the
+/// object: a tilt taken from it would be carried on beyond where it was seen.
+const ONE_SIDE: usize = 6;
 /// Sectors around an object whose levels tell how far the ground wavers.
 const SECTORS: usize = 12;
 /// Neighbouring sectors waver together: this many count as one.
@@ -41,6 +42,8 @@ pub struct Base {
     /// What the base rests on.
     pub kind: Kind,
     bend: Option<Bend>,
+    /// How far the ground around the object lies from the plane.
+    wander_m: f64,
     film: Option<Film>,
     surface: Option<Arc<Surface>>,
 }
@@ -68,9 +71,18 @@ impl Base {
     /// A plane, `level_m` high at (0, 0), that is the same for every object.
     #[must_use]
     pub fn plane(level_m: f64, tilt: [f64; 2], noise_m: f64, u_level_m: f64, kind: Kind) -> Self {
-        let center_m = [0.0; 2];
-        let (bend, film, surface) = (None, None, None);
-        Self { center_m, level_m, tilt, noise_m, u_level_m, kind, bend, film, surface }
+        Self {
+            center_m: [0.0; 2],
+            level_m,
+            tilt,
+            noise_m,
+            u_level_m,
+            kind,
+            bend: None,
+            wander_m: noise_m,
+            film: None,
+            surface: None,
+        }
     }
 
     /// A surface that was given; `noise_m` is that of the scan which is held against it.
@@ -122,7 +134,7 @@ impl Base {
     /// stand out of the ring's own scatter do not pull at it.
     pub(crate) fn with_film(mut self, patch: &Grid, ring: &[[f64; 3]]) -> Self {
         let off = |p: &[f64; 3]| [p[0], p[1], p[2] - self.plane_at([p[0], p[1]])];
-        let stray = REACH * self.noise_m;
+        let stray = REACH * self.wander_m;
         let left: Vec<_> = ring.iter().map(off).filter(|p| p[2].abs() <= stray).collect();
         let size = [patch.columns, patch.rows].map(|n| n as f64 * patch.cell_m);
         self.film = Some(Film::stretched(patch.origin_m, size, patch.cell_m, &left));
@@ -139,15 +151,17 @@ impl Base {
         }
         let mut local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
-        let seen = sector_medians(&local, |_| 0.0).len();
-        let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
+        let kind = if widest_gap(&local) < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
         let bend = if kind == Kind::Ring { Bend::found(&local, cell_m) } else { None };
         if let Some(bend) = bend {
             local.iter_mut().for_each(|p| p[2] -= bend.at(p[0], p[1]));
         }
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
-        let levels = sector_medians(&local, residuals);
+        let wander_m = wander(&local, &plane);
+        let ground: Vec<[f64; 3]> =
+            local.iter().copied().filter(|p| residuals(p).abs() <= REACH * wander_m).collect();
+        let levels = sector_medians(&ground, residuals);
         let spread = (levels.iter().map(|m| m * m).sum::<f64>() / to_f64(levels.len())).sqrt();
         let off: Vec<f64> = local.iter().map(residuals).collect();
         Some(Self {
@@ -158,6 +172,7 @@ impl Base {
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
             bend,
+            wander_m,
             film: None,
             surface: None,
         })
@@ -171,13 +186,30 @@ fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
 /// Height and tilt by iteratively reweighted least squares, starting from the median.
 fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
+    let even = even_weights(local);
     for _ in 0..ROUNDS {
         let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
-        let reach = REACH * scale(off.iter().copied()).max(f64::MIN_POSITIVE);
+        let reach = REACH * wander(local, &plane).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
-        plane = weighted_plane(local, off.iter().map(weigh), kind)?;
+        let weights = off.iter().zip(&even).map(|(r, even)| even * weigh(r));
+        plane = weighted_plane(local, weights, kind)?;
     }
     Some(plane)
+}
+
+/// How far ground lies from a plane: the scatter of the cells, or of whole sectors' levels where
+/// that is the larger. A sector that lies lower than the others is ground, not a stray.
+fn wander(local: &[[f64; 3]], plane: &Vector3<f64>) -> f64 {
+    let off = |p: &[f64; 3]| p[2] - value(plane, p);
+    let cells: Vec<f64> = local.iter().map(off).collect();
+    scale(cells).max(scale(sector_medians(local, off)))
+}
+
+/// Every sector counts alike, however many of its cells were seen.
+fn even_weights(local: &[[f64; 3]]) -> Vec<f64> {
+    let mut count = [0.0; SECTORS];
+    local.iter().for_each(|p| count[sector(p)] += 1.0);
+    local.iter().map(|p| 1.0 / count[sector(p)]).collect()
 }
 
 fn weighted_plane(
@@ -201,12 +233,21 @@ fn weighted_plane(
 /// The median of `of` in each sector around the origin that has points.
 fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
     let mut sectors: [Vec<f64>; SECTORS] = std::array::from_fn(|_| Vec::new());
-    for p in local {
-        let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
-        let sector = ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1);
-        sectors[sector].push(of(p));
-    }
+    local.iter().for_each(|p| sectors[sector(p)].push(of(p)));
     sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
+}
+
+fn sector(p: &[f64; 3]) -> usize {
+    let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
+    ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1)
+}
+
+/// The most sectors in a row that have no points.
+fn widest_gap(local: &[[f64; 3]]) -> usize {
+    let mut seen = [false; SECTORS];
+    local.iter().for_each(|p| seen[sector(p)] = true);
+    let empty_from = |from: usize| (0..SECTORS).take_while(|k| !seen[(from + k) % SECTORS]).count();
+    (0..SECTORS).map(empty_from).max().unwrap_or(0)
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

@@ -10,7 +10,8 @@ pub struct Budget {
     pub noise_m3: f64,
     /// The base's height, common to all cells.
     pub base_m3: f64,
-    /// Where the object ends: half the change when the toe is taken one cell wider.
+    /// Where the object ends: half the change when the toe is taken one cell wider; at walls,
+    /// whose face runs anywhere through the cells it was seen in, none of these cells or all.
     pub footprint_m3: f64,
     /// Cells that were filled, not seen.
     pub filled_m3: f64,
@@ -18,7 +19,7 @@ pub struct Budget {
     pub grid_m3: f64,
 }
 
-/// A filled height is as likely to be right as any from nought to twice its value: a rectangular
+/// A filled height, or that of a cell which is half a wall, is as likely to be right as any from nought to twice its value: a rectangular
 /// distribution with this standard deviation (GUM 4.3.7).
 const FILLED: f64 = 0.577;
 
@@ -35,7 +36,13 @@ impl Budget {
 
     /// The budget of the object in `patch`, whose heights above the base are `above` as seen and
     /// `filled` with the gaps closed.
-    pub(crate) fn of(patch: &Patch, base: &Base, above: &[f64], filled: &[f64], toe: u32) -> Self {
+    pub(crate) fn of(
+        patch: &Patch,
+        base: &Base,
+        above: &[f64],
+        filled: &[f64],
+        steps: u32,
+    ) -> Self {
         let area = patch.grid.cell_m * patch.grid.cell_m;
         let held: Vec<usize> = patch.held().collect();
         let share = |cell: usize| patch.counted(cell).share;
@@ -45,12 +52,14 @@ impl Budget {
         let gaps = held.iter().filter(|&&c| above[c].is_nan()).map(|&c| share(c) * filled[c]);
         let unknown = held.iter().map(|&c| share(c) * base.u_unknown_m(patch.grid.center(c)));
         // The toe is a few cells wide: its volume spread over them is what one more would hold.
-        let toe_m3 = sum(&mut patch.cells(Zone::Toe).map(|c| filled[c]));
+        let toe = |walled: bool| patch.cells(Zone::Toe).filter(move |&c| patch.walls[c] == walled);
+        let toe_m3 = sum(&mut toe(false).map(|c| filled[c]));
+        let walled_m3 = sum(&mut toe(true).map(|c| filled[c]));
         let curvature = held.iter().map(|&c| share(c) * laplacian(patch, filled, c));
         Self {
             noise_m3: squares.sqrt() * area * base.noise_m,
             base_m3: (cells * area * base.u_level_m).hypot(sum(&mut unknown.into_iter())),
-            footprint_m3: 0.5 * toe_m3.abs() / f64::from(toe.max(1)),
+            footprint_m3: (0.5 * toe_m3.abs() / f64::from(steps.max(1))).hypot(FILLED * walled_m3),
             filled_m3: FILLED * sum(&mut gaps.map(f64::abs)),
             grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
         }

@@ -4,21 +4,28 @@
 //! Calculation"), which the paper repairs with an empirical factor. Here the cells of the toe are
 //! kept, signed: outside the pile they average to nothing, so no factor is needed.
 
+mod alone;
 mod base;
 mod bend;
 mod budget;
 mod crease;
+mod flat_top;
 mod nodes;
 mod outline;
 mod patch;
 mod pieces;
 mod region;
+mod shadow;
 mod shape;
+mod spike;
 mod surface;
 mod territory;
+mod valley;
+mod wall;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
+pub use flat_top::trim_flat_tops;
 use pieces::flow_down;
 pub use pieces::pieces;
 pub use region::{Region, Ring, measure_inside};
@@ -68,6 +75,8 @@ pub struct Object {
     pub footprint_m2: f64,
     /// Height of the highest cell above the base.
     pub max_height_m: f64,
+    /// Middle of every cell that the object covers, and its height above the base.
+    pub covers_m: Vec<[f64; 3]>,
     /// Centre of the volume.
     pub centroid_m: [f64; 3],
     /// The footprint's outline at the base, counter-clockwise.
@@ -78,6 +87,8 @@ pub struct Object {
     pub seen_fraction: f64,
     /// Whether the object runs out of what was seen.
     pub touches_edge: bool,
+    /// Whether it leans on walls, which are not part of it.
+    pub leans_on_wall: bool,
     /// Why it is no pile; `None` for a pile.
     pub reason: Option<Reason>,
 }
@@ -109,8 +120,14 @@ pub fn measure(
         return Ok(found.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
     let whole = patches(&scene, &with_flanks(&scene, labels, &found, settings), settings);
-    let pairs = found.iter().zip(&whole);
-    Ok(pairs.map(|((n, found), (_, whole))| object(*n, found, whole, settings)).collect())
+    let pairs = found.into_iter().zip(whole);
+    let alone = pairs.flat_map(|((n, found), (_, whole))| {
+        alone::alone(found, whole, settings).into_iter().map(move |pair| (n, pair))
+    });
+    let mut objects: Vec<Object> =
+        alone.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
+    shadow::mark(&scene, &mut objects);
+    Ok(objects)
 }
 
 /// The base below every cell that was measured, NaN elsewhere.
@@ -163,11 +180,13 @@ fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Obje
         budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
         footprint_m2: whole * patch.grid.cell_m * patch.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
+        covers_m: covered.iter().map(|&cell| raised(patch, cell, filled[cell])).collect(),
         centroid_m: centroid(patch, &base, &covered, &filled),
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         base_m: on_base(&base, patch.held().map(|cell| patch.grid.center(cell)).collect()),
         seen_fraction: seen / whole.max(f64::MIN_POSITIVE),
         touches_edge: touches_edge(patch),
+        leans_on_wall: wall::leans(patch),
         reason: reason(found, &base, settings),
         base,
     }
@@ -177,7 +196,11 @@ fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Obje
 fn reason(found: &Patch, local: &Base, settings: &Settings) -> Option<Reason> {
     let around = || ring_plane(found).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
     let ground = if settings.base.is_none() { local.clone() } else { around() };
-    shape::why_no_pile(found, &above_base(found, &ground), settings.margin_m)
+    why_no_pile(found, &ground, settings)
+}
+
+fn why_no_pile(found: &Patch, ground: &Base, settings: &Settings) -> Option<Reason> {
+    shape::why_no_pile(found, &above_base(found, ground), settings.margin_m)
 }
 
 /// The base that was asked for, as it is below this object.
@@ -277,6 +300,11 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
     (0..patch.zones.len()).map(covers).collect()
 }
 
+fn raised(patch: &Patch, cell: usize, height_m: f64) -> [f64; 3] {
+    let [x, y] = patch.grid.center(cell);
+    [x, y, height_m]
+}
+
 fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
     let (mut weight, mut sum) = (0.0, [0.0; 3]);
     for &cell in covered {
@@ -296,8 +324,9 @@ fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
 /// Whether much of the toe lies where nothing was seen out to the scan's edge.
 fn touches_edge(patch: &Patch) -> bool {
     let toe: Vec<usize> = patch.cells(Zone::Toe).collect();
-    let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + patch.cut;
-    to_f64(beyond) > CUT_OFF * to_f64(toe.len() + patch.cut)
+    let cut = patch.cells(Zone::Core).filter(|&cell| patch.border[cell]).count();
+    let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + cut;
+    to_f64(beyond) > CUT_OFF * to_f64(toe.len() + cut)
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

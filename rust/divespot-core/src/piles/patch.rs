@@ -19,14 +19,17 @@ pub(crate) enum Zone {
 }
 
 /// A window of the height map with every cell's zone.
+#[derive(Debug, Clone)]
 pub(crate) struct Patch {
     pub(crate) grid: Grid,
     pub(crate) heights_m: Vec<f64>,
     pub(crate) zones: Vec<Zone>,
     /// Cells that belong to the unseen region beyond the scan's edge.
     pub(crate) beyond: Vec<bool>,
-    /// Core cells on the edge of the whole map, whose toe is cut off.
-    pub(crate) cut: usize,
+    /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
+    pub(crate) border: Vec<bool>,
+    /// Cells of walls at the core's edge and in its toe's place.
+    pub(crate) walls: Vec<bool>,
     /// The part of each cell that counts, where an outline runs through cells.
     parts: Option<Vec<Part>>,
 }
@@ -105,11 +108,11 @@ impl Patch {
         let [x, y] = scene.grid.center(cells[0]);
         let half = 0.5 * scene.grid.cell_m;
         let [columns, rows] = window.size();
-        let core = cells.iter().zip(&zones).filter(|(_, zone)| **zone == Zone::Core);
         Self {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
-            cut: core.filter(|(cell, _)| scene.grid.is_border(**cell)).count(),
+            border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
+            walls: vec![false; cells.len()],
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
             parts: None,
@@ -146,16 +149,31 @@ impl Patch {
         }
     }
 
+    /// The part of the object that holds the cells whose middles are `kept`; around it the same
+    /// ground.
+    pub(crate) fn part(&self, kept: impl Fn([f64; 2]) -> bool) -> Self {
+        let zone = |(cell, &zone): (usize, &Zone)| match zone {
+            Zone::Core | Zone::Toe if !kept(self.grid.center(cell)) => Zone::Outside,
+            _ => zone,
+        };
+        let zones = self.zones.iter().enumerate().map(zone).collect();
+        Self { zones, ..self.clone() }
+    }
+
     /// The cells of a zone.
     pub(crate) fn cells(&self, wanted: Zone) -> impl Iterator<Item = usize> + '_ {
         (0..self.zones.len()).filter(move |&cell| self.zones[cell] == wanted)
     }
 
+    /// Core cells with a neighbour outside the core, or on the map's edge.
+    pub(crate) fn rim(&self) -> impl Iterator<Item = usize> + '_ {
+        let is_core = |&n: &usize| self.zones[n] == Zone::Core;
+        self.cells(Zone::Core).filter(move |&cell| self.around(cell, 1).filter(is_core).count() < 9)
+    }
+
     /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
-    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + '_ {
-        let span = -reach..=reach;
-        span.clone()
-            .flat_map(move |dy| span.clone().filter_map(move |dx| self.grid.neighbor(cell, dx, dy)))
+    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + use<> {
+        self.grid.around(cell, reach)
     }
 }
 

@@ -1,7 +1,7 @@
 use super::*;
 use crate::heightmap::{HeightMap, height_map};
 
-const CELL: f64 = 0.0625;
+pub(crate) const CELL: f64 = 0.0625;
 
 fn map(height: impl Fn(f64, f64) -> f64) -> HeightMap {
     let at = |i: i32| (f64::from(i) + 0.5) * CELL;
@@ -10,11 +10,26 @@ fn map(height: impl Fn(f64, f64) -> f64) -> HeightMap {
     height_map(&points, CELL).unwrap()
 }
 
+/// A map of the heights in the middle of each cell, NaN where nothing is seen.
+pub(crate) fn exact(height: impl Fn(f64, f64) -> f64) -> HeightMap {
+    let mut map = map(|_, _| 0.0);
+    let middles = (0..map.grid.len()).map(|cell| map.grid.center(cell));
+    map.heights_m = middles.map(|[x, y]| height(x, y)).collect();
+    map
+}
+
+/// The objects of a map, of the pieces in which the cells lie that are `found`.
+pub(crate) fn measured(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Vec<Object> {
+    let labels = labels(map, |x, y| if found(x, y) { 0 } else { NOBODY });
+    let labels = pieces(&map.grid, &labels, 0, 9);
+    measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap()
+}
+
 fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
     (0..map.grid.len()).map(|c| map.grid.center(c)).map(|[x, y]| label(x, y)).collect()
 }
 
-fn settings() -> Settings {
+pub(crate) fn settings() -> Settings {
     let ground = Base::ground(0.0, 0.0, 0.0);
     Settings { toe_cells: 4, ring_share: 0.2, margin_m: 0.03, base: None, compared: vec![], ground }
 }
