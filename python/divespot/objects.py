@@ -214,6 +214,12 @@ def doubts(
     share = pose.plane.inliers / points
     if share < FLAT_SHARE:
         found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
+    found += [
+        f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "
+        "its volume is an estimate and not in the total"
+        for item in others
+        if item.reason == "too little seen"
+    ]
     for pile in piles:
         if pile.touches_edge:
             found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")

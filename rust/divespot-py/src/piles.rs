@@ -49,6 +49,7 @@ impl From<Object> for RawObject {
             reason: object.reason.map(|reason| match reason {
                 Reason::SteepSides => "steep sides",
                 Reason::Thin => "thin",
+                Reason::TooLittleSeen => "too little seen",
             }),
             noise_m3: object.budget.noise_m3,
             base_m3: object.budget.base_m3,

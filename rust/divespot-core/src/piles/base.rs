@@ -159,11 +159,12 @@ fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64>
 }
 
 /// Standard deviation of normal values, from the median of their sizes.
-fn scale(off: &[f64]) -> f64 {
+pub(crate) fn scale(off: &[f64]) -> f64 {
     1.4826 * median(off.iter().map(|r| r.abs()).collect())
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The upper median; 0 of nothing.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;
     }

@@ -1,6 +1,7 @@
 //! How well a volume is known, term by term (after the GUM; Anderson 2019, ESPL 44:1015).
 
 use super::base::Base;
+use super::gaps::Filled;
 use super::patch::{Patch, Zone};
 
 /// Standard uncertainties of a volume; independent of each other.
@@ -18,10 +19,6 @@ pub struct Budget {
     pub grid_m3: f64,
 }
 
-/// A filled height is as likely to be right as any from nought to twice its value: a rectangular
-/// distribution with this standard deviation (GUM 4.3.7).
-const FILLED: f64 = 0.577;
-
 impl Budget {
     /// Standard uncertainty of the volume.
     #[must_use]
@@ -33,14 +30,13 @@ impl Budget {
             .sqrt()
     }
 
-    /// The budget of the object in `patch`, whose heights above the base are `above` as seen and
-    /// `filled` with the gaps closed.
-    pub(crate) fn of(patch: &Patch, base: &Base, above: &[f64], filled: &[f64], toe: u32) -> Self {
+    /// The budget of the object in `patch`, whose heights above the base are `gaps.above_m`.
+    pub(crate) fn of(patch: &Patch, base: &Base, gaps: &Filled, toe: u32) -> Self {
+        let filled = &gaps.above_m;
         let area = patch.grid.cell_m * patch.grid.cell_m;
         let held: Vec<usize> = patch.cells(Zone::Core).chain(patch.cells(Zone::Toe)).collect();
         let sum = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() * area;
         let cells = to_f64(held.len());
-        let gaps = held.iter().filter(|&&c| above[c].is_nan()).map(|&c| filled[c]);
         // The toe is a few cells wide: its volume spread over them is what one more would hold.
         let toe_m3 = sum(&mut patch.cells(Zone::Toe).map(|c| filled[c]));
         let curvature = held.iter().map(|&c| laplacian(patch, filled, c));
@@ -48,7 +44,7 @@ impl Budget {
             noise_m3: cells.sqrt() * area * base.noise_m,
             base_m3: cells * area * base.u_level_m,
             footprint_m3: 0.5 * toe_m3.abs() / f64::from(toe.max(1)),
-            filled_m3: FILLED * sum(&mut gaps.map(f64::abs)),
+            filled_m3: gaps.u_m3,
             grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
         }
     }

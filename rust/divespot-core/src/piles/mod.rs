@@ -7,9 +7,12 @@
 mod base;
 mod budget;
 mod film;
+mod gaps;
 mod outline;
 mod patch;
 mod pieces;
+mod repose;
+mod shadow;
 mod shape;
 mod territory;
 
@@ -19,9 +22,11 @@ use pieces::flow_down;
 pub use pieces::pieces;
 pub use shape::Reason;
 
+use std::collections::BTreeMap;
+
 use crate::error::{Error, Result};
 use crate::heightmap::{Grid, Volume, integrate};
-use patch::{Patch, Reach, Scene, Zone, flood};
+use patch::{Patch, Reach, Scene, Zone};
 use territory::Territory;
 
 /// How objects are measured.
@@ -70,6 +75,10 @@ pub struct Object {
 /// A toe with this share of its cells beyond what was seen is cut off.
 const CUT_OFF: f64 = 0.1;
 
+/// With less of its footprint seen than this, a pile's volume is no measurement any more: its crest
+/// and more than half of its surface would be assumed.
+const LEAST_SEEN: f64 = 0.4;
+
 /// Measures every object in a levelled height map.
 ///
 /// `heights_m` and `labels` hold one value a cell: the height, NaN where nothing was seen; the
@@ -87,7 +96,8 @@ pub fn measure(
     if labels.len() != grid.len() || heights_m.len() != grid.len() {
         return Err(Error::Degenerate("one height and one label for each cell are needed"));
     }
-    let beyond = flood(grid, |cell| heights_m[cell].is_nan());
+    let heights_m = &shadow::without_lone(grid, heights_m);
+    let beyond = shadow::beyond(grid, heights_m);
     let scene = Scene { grid, heights_m, beyond: &beyond };
     let found = patches(&scene, labels, settings);
     if settings.base.is_some() {
@@ -98,20 +108,29 @@ pub fn measure(
     Ok(pairs.map(|((n, found), (_, whole))| object(*n, found, whole, settings)).collect())
 }
 
-/// The labels, and with them the cells that flow down from each object to the ground around it.
+/// The labels, and with them the cells that flow down from each object to the ground around it,
+/// seen or hidden behind it.
 fn with_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
     found: &[(i32, Patch)],
     settings: &Settings,
 ) -> Vec<i32> {
-    let local = |(n, patch): &(i32, Patch)| Some((*n, ring_plane(patch)?.0));
-    let bases: std::collections::BTreeMap<i32, Base> = found.iter().filter_map(local).collect();
+    let ground = || settings.ground.clone();
+    let local = |patch: &Patch| ring_plane(patch).map_or_else(ground, |(base, _)| base);
+    let mut bases: BTreeMap<i32, Base> = found.iter().map(|(n, p)| (*n, local(p))).collect();
     let clear = |n: i32, cell: usize| {
         let base = bases.get(&n).unwrap_or(&settings.ground);
         scene.heights_m[cell] > base.at(scene.grid.center(cell)) + settings.margin_m
     };
-    flow_down(scene.grid, scene.heights_m, labels, clear)
+    let labels = flow_down(scene.grid, scene.heights_m, labels, clear);
+    // Only a pile stands at an angle of repose.
+    let shape =
+        |base: &Base, p: &Patch| shape::why_no_pile(p, &above_base(p, base), settings.margin_m);
+    let others = found.iter().filter(|(n, p)| bases.get(n).and_then(|b| shape(b, p)).is_some());
+    let others: Vec<i32> = others.map(|(n, _)| *n).collect();
+    bases.retain(|n, _| !others.contains(n));
+    shadow::with_hidden_flanks(scene, &labels, &bases)
 }
 
 fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, Patch)> {
@@ -125,23 +144,27 @@ fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Obje
     let local = || ring_base(patch).unwrap_or_else(|| settings.ground.clone());
     let base = settings.base.clone().unwrap_or_else(local);
     let above = above_base(patch, &base);
-    let filled = fill_gaps(patch, &above);
+    let gaps = gaps::fill(patch, &above);
+    let filled = &gaps.above_m;
     let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
     let heights = (0..filled.len()).filter(|&cell| held(cell)).map(|cell| filled[cell]);
-    let footprint = footprint(patch, &filled, settings.margin_m);
+    let footprint = footprint(patch, filled, settings.margin_m);
     let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
     let seen = covered.iter().filter(|&&cell| !above[cell].is_nan()).count();
+    let seen_fraction = to_f64(seen) / to_f64(covered.len().max(1));
+    let too_little = (seen_fraction < LEAST_SEEN).then_some(Reason::TooLittleSeen);
     Object {
         label,
         volume: integrate(heights, patch.grid.cell_m),
-        budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
+        budget: Budget::of(patch, &base, &gaps, settings.toe_cells),
         footprint_m2: to_f64(covered.len()) * patch.grid.cell_m * patch.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
-        centroid_m: centroid(patch, &base, &covered, &filled),
+        centroid_m: centroid(patch, &base, &covered, filled),
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
-        seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
+        seen_fraction,
         touches_edge: touches_edge(patch),
-        reason: shape::why_no_pile(found, &above_base(found, &base), settings.margin_m),
+        reason: shape::why_no_pile(found, &above_base(found, &base), settings.margin_m)
+            .or(too_little),
         base,
     }
 }
@@ -167,26 +190,6 @@ fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
 fn ring_base(patch: &Patch) -> Option<Base> {
     let (plane, ring) = ring_plane(patch)?;
     Some(plane.with_film(&patch.grid, &ring))
-}
-
-/// Heights with the unseen cells closed: in the core, layer by layer, with the mean of the cells
-/// around; at the toe with the base.
-fn fill_gaps(patch: &Patch, above: &[f64]) -> Vec<f64> {
-    let mut filled = above.to_vec();
-    patch.cells(Zone::Toe).filter(|&c| above[c].is_nan()).for_each(|c| filled[c] = 0.0);
-    let mut gaps: Vec<usize> = patch.cells(Zone::Core).filter(|&c| above[c].is_nan()).collect();
-    while !gaps.is_empty() {
-        let layer: Vec<(usize, f64)> = gaps
-            .iter()
-            .filter_map(|&cell| Some((cell, mean_around(patch, &filled, cell, |_| true)?)))
-            .collect();
-        if layer.is_empty() {
-            break;
-        }
-        layer.into_iter().for_each(|(cell, height)| filled[cell] = height);
-        gaps.retain(|&cell| filled[cell].is_nan());
-    }
-    filled
 }
 
 /// The mean of the known heights in and around a cell, among the cells that count.

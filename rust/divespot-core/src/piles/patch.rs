@@ -21,7 +21,7 @@ pub(crate) struct Patch {
     pub(crate) grid: Grid,
     pub(crate) heights_m: Vec<f64>,
     pub(crate) zones: Vec<Zone>,
-    /// Cells that belong to the unseen region beyond the scan's edge.
+    /// Cells beyond the scan's edge.
     pub(crate) beyond: Vec<bool>,
     /// Core cells on the edge of the whole map, whose toe is cut off.
     pub(crate) cut: usize,
@@ -31,7 +31,7 @@ pub(crate) struct Patch {
 pub(crate) struct Scene<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) heights_m: &'a [f64],
-    /// Unseen cells that are joined to the map's edge.
+    /// Cells outside the convex hull of what was seen.
     pub(crate) beyond: &'a [bool],
 }
 
@@ -166,9 +166,18 @@ fn windows(grid: &Grid, owner: &[i32]) -> Vec<Option<Window>> {
 
 /// The cells that can be reached from the grid's border through `passable` cells.
 pub(crate) fn flood(grid: &Grid, passable: impl Fn(usize) -> bool) -> Vec<bool> {
+    let border = (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    spread(grid, border, passable)
+}
+
+/// The cells that can be reached from `seeds` through `passable` cells, `seeds` included.
+pub(crate) fn spread(
+    grid: &Grid,
+    seeds: Vec<usize>,
+    passable: impl Fn(usize) -> bool,
+) -> Vec<bool> {
     let mut reached = vec![false; grid.len()];
-    let mut stack: Vec<usize> =
-        (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    let mut stack = seeds;
     stack.iter().for_each(|&cell| reached[cell] = true);
     while let Some(cell) = stack.pop() {
         for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {

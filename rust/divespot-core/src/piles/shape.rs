@@ -21,6 +21,8 @@ pub enum Reason {
     SteepSides,
     /// It is nowhere three cells wide.
     Thin,
+    /// Too little of it was seen for a volume that could be answered for.
+    TooLittleSeen,
 }
 
 /// The reason why the object is no pile, if there is one.
