@@ -72,7 +72,8 @@ def measure(
     points = run("voxels", voxels, points, s)
     pose = run("pose", find_pose, points, scan, s)
     points = run("rotation", pose.level, points, s.threads)
-    grid = run("height map", height_map, points, given(s.cell_m))
+    triangulated = s.surface == "triangles"
+    grid = run("height map", height_map, points, given(s.cell_m), triangulated=triangulated)
     ground, s = run("ground", find_ground, grid, s)
     labels = run("fine filter", find_objects, grid, ground, s, run.warn)
     objects = run("volume", measure_objects, grid, labels, ground, s)

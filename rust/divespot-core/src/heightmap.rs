@@ -128,21 +128,50 @@ const NOTHING: Sums = Sums { count: 0, xyz: [0; 3], low: f64::INFINITY, high: f6
 ///
 /// No points, a cell that is not above zero, or too many cells (see [`Grid::over`]).
 pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
-    let bounds = Bounds::of(points.iter().copied()).ok_or(Error::TooFewPoints {
-        what: "a height map",
-        given: 0,
-        needed: 1,
-    })?;
-    let grid = Grid::over(&bounds, cell_m, points.len())?;
-    let fixed = Fixed::new(bounds.largest(), points.len());
-    let sums = accumulate(points, &grid, fixed);
-    let means: Vec<Option<Point>> = sums.iter().map(|s| mean(s, fixed)).collect();
-    Ok(HeightMap {
-        grid,
-        heights_m: (0..grid.len()).map(|cell| centered(&grid, &means, cell)).collect(),
-        counts: sums.iter().map(|s| s.count).collect(),
-        relief_m: sums.iter().map(|s| (s.high - s.low).max(0.0)).collect(),
-    })
+    let cells = Cells::of(points, cell_m)?;
+    let heights_m = (0..cells.grid.len()).map(|cell| cells.centered(cell)).collect();
+    Ok(cells.with_heights(heights_m))
+}
+
+/// What the points say of each cell.
+pub(crate) struct Cells {
+    pub(crate) grid: Grid,
+    sums: Vec<Sums>,
+    /// Mean position of each cell's points.
+    pub(crate) means: Vec<Option<Point>>,
+}
+
+impl Cells {
+    /// The cells of edge `cell_m` over all points.
+    pub(crate) fn of(points: &[Point], cell_m: f64) -> Result<Self> {
+        let bounds = Bounds::of(points.iter().copied()).ok_or(Error::TooFewPoints {
+            what: "a height map",
+            given: 0,
+            needed: 1,
+        })?;
+        let grid = Grid::over(&bounds, cell_m, points.len())?;
+        let fixed = Fixed::new(bounds.largest(), points.len());
+        let sums = accumulate(points, &grid, fixed);
+        let means = sums.iter().map(|s| mean(s, fixed)).collect();
+        Ok(Self { grid, sums, means })
+    }
+
+    /// The height at the middle of a cell.
+    fn centered(&self, cell: usize) -> f64 {
+        let Some(here) = self.means[cell] else { return f64::NAN };
+        let center = self.grid.center(cell);
+        let rise = |k: usize| slope(&self.grid, &self.means, cell, k) * (center[k] - here[k]);
+        here[2] + rise(0) + rise(1)
+    }
+
+    pub(crate) fn with_heights(self, heights_m: Vec<f64>) -> HeightMap {
+        HeightMap {
+            grid: self.grid,
+            heights_m,
+            counts: self.sums.iter().map(|s| s.count).collect(),
+            relief_m: self.sums.iter().map(|s| (s.high - s.low).max(0.0)).collect(),
+        }
+    }
 }
 
 fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
@@ -159,14 +188,6 @@ fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
 
 fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {
     (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum, sums.count)))
-}
-
-/// The height at the middle of a cell.
-fn centered(grid: &Grid, means: &[Option<Point>], cell: usize) -> f64 {
-    let Some(here) = means[cell] else { return f64::NAN };
-    let center = grid.center(cell);
-    let rise = |k: usize| slope(grid, means, cell, k) * (center[k] - here[k]);
-    here[2] + rise(0) + rise(1)
 }
 
 /// The slope along axis `k`, from one neighbour to the other or to the cell itself.

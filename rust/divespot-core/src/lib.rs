@@ -21,6 +21,7 @@ pub mod plane;
 pub mod pose;
 pub mod sample;
 pub mod survey;
+pub mod tin;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
