@@ -50,6 +50,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "min_cluster_size": (["--min-cluster-size", "17"], 17),
     "min_samples": (["--min-samples", "4"], 4),
     "link_m": (["--link-m", "0.1"], 0.1),
+    "surface": (["--surface", "triangles"], "triangles"),
     "select": (["--select", "largest"], "largest"),
     "base": (["--base", "peak"], "peak"),
     "toe_m": (["--toe-m", "0.08"], 0.08),

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
 FLATTEST_REPOSE_DEG = 15.0
 
-#: With fewer points than this a pile that takes up a hundredth of the scene has less than two
-#: hundred: a mean over cells would leave it no shape.
-FEW_POINTS = 20_000
+#: With fewer points than this a pile that takes up a hundredth of the scene has less than sixty: a
+#: mean over cells would leave it no shape.
+FEW_POINTS = 6_000
 
 #: Edge of the cells on which the triangles between few points are drawn, in point spacings.
 FINE = 1.0 / 3.0
@@ -132,8 +132,9 @@ class Settings:
         roughness = _rounded(survey.roughness_m)
         few = points < FEW_POINTS and self.surface != "cells"
         cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
-        surface = "triangles" if cell < spacing else "cells"
-        return self.changed(surface=surface if self.surface == "auto" else self.surface)._completed(
+        fitting: Any = "triangles" if cell < spacing else "cells"
+        chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)
+        return chosen._completed(
             radius_m=4.0 * spacing,
             voxel_m=2.0 * spacing,
             plane_threshold_m=max(1.5 * spacing, 4.0 * roughness),

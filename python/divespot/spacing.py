@@ -87,24 +87,24 @@ def take_survey(points: NDArray[np.float64], settings: Settings) -> tuple[Survey
     resolved = settings.resolved(found, len(points))
     if resolved.surface == "cells" or settings.plane_threshold_m is not None:
         return found, resolved
-    threshold_m = SIGMAS * flatness(points, resolved)
+    threshold_m = SIGMAS * flatness(found.at_m, resolved)
     bin_m = threshold_m / SIGMAS if settings.bin_m is None else settings.bin_m
     return found, resolved.changed(plane_threshold_m=threshold_m, bin_m=bin_m)
 
 
-def flatness(points: NDArray[np.float64], settings: Settings) -> float:
+def flatness(some: NDArray[np.float64], settings: Settings) -> float:
     """Return the standard deviation of the flattest part of a cloud about its plane, in metres.
 
     Where points are as far apart as piles are high, neighbours do not tell how thick the ground
     is, and a threshold by their spacing takes the piles for a part of it. Of the planes within
-    ever smaller thresholds the one is taken to which the nearest share of all points lies nearest
-    (least quantile of squares).
+    ever smaller thresholds the one is taken to which the nearest share of `some` points lies
+    nearest (least quantile of squares).
     """
     least = math.inf
     for halvings in range(HALVINGS):
         threshold_m = given(settings.plane_threshold_m) / 2.0**halvings
-        plane = fit_plane(points, threshold_m, seed=settings.seed, threads=settings.threads)
-        off = np.abs(points @ np.array(plane.normal) - plane.offset_m)
+        plane = fit_plane(some, threshold_m, seed=settings.seed, threads=settings.threads)
+        off = np.abs(some @ np.array(plane.normal) - plane.offset_m)
         least = min(least, float(np.quantile(off, FLAT_SHARE)))
     return max(least / FLAT_QUANTILE, SMALLEST * given(settings.plane_threshold_m))
 

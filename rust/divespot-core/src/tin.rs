@@ -11,15 +11,15 @@ use crate::Point;
 use crate::error::{Error, Result};
 use crate::heightmap::{Cells, Grid, HeightMap};
 
-/// A triangle whose longest edge is longer than this many typical ones at its corners lies across
+/// A triangle whose longest edge is longer than this many typical ones at a corner lies across
 /// what was not seen.
 const LONG: f64 = 5.0;
 /// Heights are taken at this many places along each side of a cell, and averaged.
 const PLACES: usize = 2;
 
-/// No heap is steeper than two in one: such a triangle lies between two surfaces, and each of its
+/// No heap stands steeper than 50°: such a triangle lies between two surfaces, and each of its
 /// places belongs to that of the nearest corner.
-const STEEPEST: f64 = 2.0;
+const STEEPEST: f64 = 1.192;
 
 struct Vertex(Point);
 
@@ -71,11 +71,11 @@ fn typical_edges(network: &Network) -> Vec<f64> {
 
 /// Whether a triangle is a piece of the surface that was seen.
 ///
-/// Measured against the middle one of its corners: a stray alone in a hole has long edges only.
+/// Measured against the densest of its corners: across a hole, strays and the tips of fans have
+/// long edges only.
 fn seen(face: &Face<'_>, typical: &[f64]) -> bool {
-    let mut corners = face.vertices().map(|v| typical[v.fix().index()]);
-    corners.sort_unstable_by(f64::total_cmp);
-    let long = LONG * corners[1];
+    let corners = face.vertices().map(|v| typical[v.fix().index()]);
+    let long = LONG * corners.into_iter().fold(f64::INFINITY, f64::min);
     face.adjacent_edges().iter().all(|edge| edge.length_2() <= long * long)
 }
 
