@@ -50,7 +50,7 @@ class Settings:
     hypotheses: int = count("planes through three random points that are tried at most", 1000, 1)
     cell_m: float | None = positive("edge of a cell of the ground grid")
     surface: Literal["auto", "cells", "triangles"] = choice(
-        "what the grid's heights are: means of the points in each cell, or of the triangles between "
+        "what the grid's heights are means of: the points in each cell, or the triangles between "
         "them; auto: triangles where points are few or cells narrower than their spacing",
         "auto",
         "cells",
@@ -133,8 +133,8 @@ class Settings:
         few = points < FEW_POINTS and self.surface != "cells"
         cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
         fitting: Any = "triangles" if cell < spacing else "cells"
-        chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)
-        return chosen._completed(
+        return self._completed(
+            surface=fitting if self.surface == "auto" else self.surface,
             radius_m=4.0 * spacing,
             voxel_m=2.0 * spacing,
             plane_threshold_m=max(1.5 * spacing, 4.0 * roughness),
@@ -153,8 +153,9 @@ class Settings:
             toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
         )
 
-    def _completed(self, **derived: float) -> Settings:
-        missing = {name: value for name, value in derived.items() if getattr(self, name) is None}
+    def _completed(self, **derived: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+        open_ = (None, "auto")
+        missing = {name: value for name, value in derived.items() if getattr(self, name) in open_}
         return self.changed(**missing)
 
 
