@@ -3,7 +3,7 @@
 use super::film::{Node, relax};
 use super::patch::{Patch, Zone};
 use super::repose::Repose;
-use super::shadow::{Edge, Flank, open, rims};
+use super::hidden::{Edge, Flank, open, rims};
 
 /// Standard deviation of what lies anywhere within one of the middle (GUM 4.3.7).
 const ANYWHERE: f64 = 0.577;

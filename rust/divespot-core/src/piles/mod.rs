@@ -12,7 +12,7 @@ mod outline;
 mod patch;
 mod pieces;
 mod repose;
-mod shadow;
+mod hidden;
 mod shape;
 mod territory;
 
@@ -96,8 +96,8 @@ pub fn measure(
     if labels.len() != grid.len() || heights_m.len() != grid.len() {
         return Err(Error::Degenerate("one height and one label for each cell are needed"));
     }
-    let heights_m = &shadow::without_lone(grid, heights_m);
-    let beyond = shadow::beyond(grid, heights_m);
+    let heights_m = &hidden::without_lone(grid, heights_m);
+    let beyond = hidden::beyond(grid, heights_m);
     let scene = Scene { grid, heights_m, beyond: &beyond };
     let found = patches(&scene, labels, settings);
     if settings.base.is_some() {
@@ -130,7 +130,7 @@ fn with_flanks(
     let others = found.iter().filter(|(n, p)| bases.get(n).and_then(|b| shape(b, p)).is_some());
     let others: Vec<i32> = others.map(|(n, _)| *n).collect();
     bases.retain(|n, _| !others.contains(n));
-    shadow::with_hidden_flanks(scene, &labels, &bases)
+    hidden::with_hidden_flanks(scene, &labels, &bases)
 }
 
 fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, Patch)> {
