@@ -51,6 +51,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "min_cluster_size": (["--min-cluster-size", "17"], 17),
     "min_samples": (["--min-samples", "4"], 4),
     "link_m": (["--link-m", "0.1"], 0.1),
+    "surface": (["--surface", "triangles"], "triangles"),
     "select": (["--select", "largest"], "largest"),
     "outline": (["--outline", str(OUTLINE)], str(OUTLINE)),
     "base": (["--base", "height=0.01"], "height=0.01"),

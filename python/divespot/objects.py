@@ -288,6 +288,12 @@ def doubts(
     share = pose.plane.inliers / points
     if share < FLAT_SHARE:
         found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
+    found += [
+        f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "
+        "its volume is an estimate and not in the total"
+        for item in others
+        if item.reason == "too little seen"
+    ]
     for pile in piles:
         found += _doubts_of(pile, settings)
     if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:

@@ -76,7 +76,8 @@ def measure(
     points = run("voxels", voxels, points, s)
     pose = run("pose", find_pose, points, scan, s)
     points = run("rotation", pose.level, points, s.threads)
-    grid = run("height map", height_map, points, given(s.cell_m))
+    triangulated = s.surface == "triangles"
+    grid = run("height map", height_map, points, given(s.cell_m), triangulated=triangulated)
     ground, s = run("ground", find_ground, grid, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit)
     bases = run("base", find_bases, grid, ground, frame, s)

@@ -25,6 +25,7 @@ pub mod pose;
 pub mod sample;
 pub mod survey;
 pub mod terrain;
+pub mod tin;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};

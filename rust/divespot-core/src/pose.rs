@@ -87,7 +87,7 @@ fn enclosing(hull: &[[f64; 2]], angle_rad: f64) -> Rectangle {
 }
 
 /// The convex hull in plan, counter-clockwise (Andrew's monotone chain).
-fn convex_hull(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
+pub(crate) fn convex_hull(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
     let mut plan = outer(points, threads);
     plan.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     plan.dedup();

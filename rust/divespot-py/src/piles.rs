@@ -56,6 +56,7 @@ impl From<Object> for RawObject {
                 Reason::SteepSides => "steep sides",
                 Reason::Thin => "thin",
                 Reason::Shadow => "beside a shadow",
+                Reason::TooLittleSeen => "too little seen",
             }),
             noise_m3: object.budget.noise_m3,
             base_m3: object.budget.base_m3,

@@ -2,14 +2,14 @@
 
 use super::base::Base;
 use super::patch::Patch;
-use super::{Settings, above_base, fill_gaps, ring_plane, spike, valley, wall, why_no_pile};
+use super::{Settings, above_base, gaps, ring_plane, spike, valley, wall, why_no_pile};
 
 /// The piles of one object, each as `found` and as a `whole` with its flanks; their ground is the
 /// ground around all of them.
 pub(crate) fn alone(found: Patch, whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
     let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
     let (found, whole) = cleared(found, whole, &base, settings);
-    let above = fill_gaps(&whole, &above_base(&whole, &base));
+    let above = gaps::fill(&whole, &above_base(&whole, &base)).above_m;
     let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];
     };

@@ -10,11 +10,14 @@ mod bend;
 mod budget;
 mod crease;
 mod flat_top;
+mod gaps;
+mod hidden;
 mod nodes;
 mod outline;
 mod patch;
 mod pieces;
 mod region;
+mod repose;
 mod shadow;
 mod shape;
 mod spike;
@@ -31,6 +34,8 @@ pub use pieces::pieces;
 pub use region::{Region, Ring, measure_inside};
 pub use shape::Reason;
 pub use surface::Surface;
+
+use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
 use crate::heightmap::{Grid, Volume, integrate};
@@ -96,6 +101,10 @@ pub struct Object {
 /// A toe with this share of its cells beyond what was seen is cut off.
 const CUT_OFF: f64 = 0.1;
 
+/// With less of its footprint seen than this, a pile's volume is no measurement any more: its crest
+/// and more than half of its surface would be assumed.
+const LEAST_SEEN: f64 = 0.4;
+
 /// Measures every object in a levelled height map.
 ///
 /// `heights_m` and `labels` hold one value a cell: the height, NaN where nothing was seen; the
@@ -138,20 +147,29 @@ pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
     map
 }
 
-/// The labels, and with them the cells that flow down from each object to the ground around it.
+/// The labels, and with them the cells that flow down from each object to the ground around it,
+/// seen or hidden behind it.
 fn with_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
     found: &[(i32, Patch)],
     settings: &Settings,
 ) -> Vec<i32> {
-    let local = |(n, patch): &(i32, Patch)| Some((*n, ring_plane(patch)?.0));
-    let bases: std::collections::BTreeMap<i32, Base> = found.iter().filter_map(local).collect();
+    let ground = || settings.ground.clone();
+    let local = |patch: &Patch| ring_plane(patch).map_or_else(ground, |(base, _)| base);
+    let mut bases: BTreeMap<i32, Base> = found.iter().map(|(n, p)| (*n, local(p))).collect();
     let clear = |n: i32, cell: usize| {
         let base = bases.get(&n).unwrap_or(&settings.ground);
         scene.heights_m[cell] > base.at(scene.grid.center(cell)) + settings.margin_m
     };
-    flow_down(scene.grid, scene.heights_m, labels, clear)
+    let labels = flow_down(scene.grid, &scene.heights_m, labels, clear);
+    // Only a pile stands at an angle of repose.
+    for (n, patch) in found {
+        if bases.get(n).and_then(|base| why_no_pile(patch, base, settings)).is_some() {
+            bases.remove(n);
+        }
+    }
+    hidden::with_hidden_flanks(scene, &labels, &bases)
 }
 
 fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, Patch)> {
@@ -164,30 +182,33 @@ fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, 
 fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Object {
     let base = base_of(patch, settings.base.as_ref(), settings);
     let above = above_base(patch, &base);
-    let filled = fill_gaps(patch, &above);
-    let footprint = footprint(patch, &filled, settings.margin_m);
+    let gaps = gaps::fill(patch, &above);
+    let filled = &gaps.above_m;
+    let footprint = footprint(patch, filled, settings.margin_m);
     let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
     let share = |cells: &mut dyn Iterator<Item = &usize>| -> f64 {
         cells.map(|&cell| patch.counted(cell).share).sum()
     };
     let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
     let whole = share(&mut covered.iter());
+    let seen_fraction = seen / whole.max(f64::MIN_POSITIVE);
+    let too_little = (seen_fraction < LEAST_SEEN).then_some(Reason::TooLittleSeen);
     let compared = settings.compared.iter();
     Object {
         label,
-        volume: volume(patch, &filled),
+        volume: volume(patch, filled),
         compared_m3: compared.map(|base| compared_m3(patch, base.as_ref(), settings)).collect(),
-        budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
+        budget: Budget::of(patch, &base, &gaps, settings.toe_cells),
         footprint_m2: whole * patch.grid.cell_m * patch.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
         covers_m: covered.iter().map(|&cell| raised(patch, cell, filled[cell])).collect(),
-        centroid_m: centroid(patch, &base, &covered, &filled),
+        centroid_m: centroid(patch, &base, &covered, filled),
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
         base_m: on_base(&base, patch.held().map(|cell| patch.grid.center(cell)).collect()),
-        seen_fraction: seen / whole.max(f64::MIN_POSITIVE),
+        seen_fraction,
         touches_edge: touches_edge(patch),
         leans_on_wall: wall::leans(patch),
-        reason: reason(found, &base, settings),
+        reason: reason(found, &base, settings).or(too_little),
         base,
     }
 }
@@ -220,7 +241,7 @@ fn volume(patch: &Patch, filled: &[f64]) -> Volume {
 
 fn compared_m3(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> f64 {
     let above = above_base(patch, &base_of(patch, wanted, settings));
-    volume(patch, &fill_gaps(patch, &above)).net_m3()
+    volume(patch, &gaps::fill(patch, &above).above_m).net_m3()
 }
 
 fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
@@ -249,26 +270,6 @@ fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
 fn ring_base(patch: &Patch) -> Option<Base> {
     let (plane, ring) = ring_plane(patch)?;
     Some(plane.with_film(&patch.grid, &ring))
-}
-
-/// Heights with the unseen cells closed: in the core, layer by layer, with the mean of the cells
-/// around; at the toe with the base.
-fn fill_gaps(patch: &Patch, above: &[f64]) -> Vec<f64> {
-    let mut filled = above.to_vec();
-    patch.cells(Zone::Toe).filter(|&c| above[c].is_nan()).for_each(|c| filled[c] = 0.0);
-    let mut gaps: Vec<usize> = patch.cells(Zone::Core).filter(|&c| above[c].is_nan()).collect();
-    while !gaps.is_empty() {
-        let layer: Vec<(usize, f64)> = gaps
-            .iter()
-            .filter_map(|&cell| Some((cell, mean_around(patch, &filled, cell, |_| true)?)))
-            .collect();
-        if layer.is_empty() {
-            break;
-        }
-        layer.into_iter().for_each(|(cell, height)| filled[cell] = height);
-        gaps.retain(|&cell| filled[cell].is_nan());
-    }
-    filled
 }
 
 /// The mean of the known heights in and around a cell, among the cells that count.

@@ -1,5 +1,6 @@
 //! The part of the height map around one object.
 
+use super::hidden;
 use super::region::Part;
 use super::territory::{NOBODY, Territory};
 use crate::error::{Error, Result};
@@ -24,7 +25,7 @@ pub(crate) struct Patch {
     pub(crate) grid: Grid,
     pub(crate) heights_m: Vec<f64>,
     pub(crate) zones: Vec<Zone>,
-    /// Cells that belong to the unseen region beyond the scan's edge.
+    /// Cells beyond the scan's edge.
     pub(crate) beyond: Vec<bool>,
     /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
     pub(crate) border: Vec<bool>,
@@ -37,18 +38,19 @@ pub(crate) struct Patch {
 /// The whole height map.
 pub(crate) struct Scene<'a> {
     pub(crate) grid: &'a Grid,
-    pub(crate) heights_m: &'a [f64],
-    /// Unseen cells that are joined to the map's edge.
+    pub(crate) heights_m: Vec<f64>,
+    /// Cells outside the convex hull of what was seen.
     pub(crate) beyond: Vec<bool>,
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of a height map with one height a cell.
-    pub(crate) fn new(grid: &'a Grid, heights_m: &'a [f64]) -> Result<Self> {
+    /// The scene of a height map with one height a cell; cells that are nearly alone count as unseen.
+    pub(crate) fn new(grid: &'a Grid, heights_m: &[f64]) -> Result<Self> {
         if heights_m.len() != grid.len() {
             return Err(Error::Degenerate("one height for each cell is needed"));
         }
-        Ok(Self { grid, heights_m, beyond: flood(grid, |cell| heights_m[cell].is_nan()) })
+        let heights_m = hidden::without_lone(grid, heights_m);
+        Ok(Self { grid, beyond: hidden::beyond(grid, &heights_m), heights_m })
     }
 }
 
@@ -219,9 +221,18 @@ fn windows(grid: &Grid, owner: &[i32]) -> Vec<Option<Window>> {
 
 /// The cells that can be reached from the grid's border through `passable` cells.
 pub(crate) fn flood(grid: &Grid, passable: impl Fn(usize) -> bool) -> Vec<bool> {
+    let border = (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    spread(grid, border, passable)
+}
+
+/// The cells that can be reached from `seeds` through `passable` cells, `seeds` included.
+pub(crate) fn spread(
+    grid: &Grid,
+    seeds: Vec<usize>,
+    passable: impl Fn(usize) -> bool,
+) -> Vec<bool> {
     let mut reached = vec![false; grid.len()];
-    let mut stack: Vec<usize> =
-        (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    let mut stack = seeds;
     stack.iter().for_each(|&cell| reached[cell] = true);
     while let Some(cell) = stack.pop() {
         for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {

@@ -24,6 +24,8 @@ pub enum Reason {
     Thin,
     /// Its summit borders the shadow of something steep: haze, or a pile that is half hidden.
     Shadow,
+    /// Too little of it was seen for a volume that could be answered for.
+    TooLittleSeen,
 }
 
 /// The reason why the object is no pile, if there is one.
