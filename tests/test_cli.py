@@ -45,6 +45,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "bin_m": (["--bin-m", "0.004"], 0.004),
     "window": (["--window", "3"], 3),
     "lower_fraction": (["--lower-fraction", "0.4"], 0.4),
+    "ground_form": (["--ground-form", "level"], "level"),
     "margin_m": (["--margin-m", "0.02"], 0.02),
     "fine_radius_m": (["--fine-radius-m", "0"], 0.0),
     "cluster_backend": (["--cluster-backend", "hdbscan"], "hdbscan"),

@@ -160,14 +160,13 @@ def surface_base(
     noise_m: float,
 ) -> RawBase: ...
 
-_Measuring: TypeAlias = tuple[float, float, tuple[float, float, float], Sequence[RawBase | None]]
+_Measuring: TypeAlias = tuple[int, float, float, tuple[float, float, float], Sequence[RawBase | None]]
 
 def measure_objects(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
     labels: NDArray[np.int32],
-    toe_cells: int,
     measuring: _Measuring,
     points: NDArray[np.float64],
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...

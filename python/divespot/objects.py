@@ -176,10 +176,9 @@ def measure_objects(
 
     Touching piles are parted; boxes end where the points on their flat top do.
     """
-    measuring = _measuring(ground, bases, settings)
-    steps = _steps(grid, settings.toe_m)
+    measuring = _measuring(_steps(grid, settings.toe_m), ground, bases, settings)
     found = _native.measure_objects(
-        grid.heights_m, grid.origin_m, grid.cell_m, labels, steps, measuring, points
+        grid.heights_m, grid.origin_m, grid.cell_m, labels, measuring, points
     )
     return Measured(*found, tuple(bases.compared))
 
@@ -193,7 +192,7 @@ def measure_regions(
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
-    measuring = _measuring(ground, bases, settings)
+    measuring = _measuring(0, ground, bases, settings)
     try:
         found = _native.measure_inside(grid.heights_m, grid.origin_m, grid.cell_m, rings, measuring)
     except DivespotError as error:
@@ -202,10 +201,10 @@ def measure_regions(
 
 
 def _measuring(
-    ground: GroundLevel, bases: Bases, settings: Settings
-) -> tuple[float, float, tuple[float, float, float], list[_native.RawBase | None]]:
+    toe_cells: int, ground: GroundLevel, bases: Bases, settings: Settings
+) -> tuple[int, float, float, tuple[float, float, float], list[_native.RawBase | None]]:
     level = (ground.height_m, ground.noise_m, ground.noise_m)
-    return settings.ring_share, given(settings.margin_m), level, bases.raw()
+    return toe_cells, settings.ring_share, given(settings.margin_m), level, bases.raw()
 
 
 def describe(

@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Result;
 use crate::plane::{Cone, Plane, Settings, fit_plane, scored, settled};
+use crate::pose::{hull_area, rotate, rotation_to_z};
 use crate::survey::Normal;
 use crate::{Error, Point};
 
@@ -81,7 +82,8 @@ fn sides(plane: Plane, cone: Option<Cone>) -> Vec<Plane> {
     if cone.is_some() { vec![plane] } else { vec![plane, turned] }
 }
 
-/// How much speaks for this plane being the ground: what its being the ground explains of the scan.
+/// How much speaks for this plane being the ground: what its being the ground explains of the scan,
+/// as far as the plane reaches. The top of a dome, with its other side up, explains much.
 fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -> f64 {
     let on: Vec<Point> =
         drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).copied().collect();
@@ -93,11 +95,19 @@ fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -
         .collect();
     let poured = poured(&above, threshold_m) / to_f64(normals.len().max(1));
     let square = above.iter().filter(|s| s.is_square()).count();
-    share(on.len(), drawn.len())
+    let explained = share(on.len(), drawn.len())
         + SQUARE * share(square, normals.len())
-        + poured / (poured + HALF_PROVEN)
+        + poured / (poured + HALF_PROVEN);
+    reach(plane, &on, drawn) * explained
         - BELOW * share(below(plane, &on, drawn, threshold_m), drawn.len())
         + UPRIGHT * plane.normal[2]
+}
+
+/// The part of the scan's extent, seen along the normal, over which the plane's points reach.
+fn reach(plane: &Plane, on: &[Point], drawn: &[Point]) -> f64 {
+    let Ok(rotation) = rotation_to_z(plane.normal) else { return 0.0 };
+    let area = |points: &[Point]| hull_area(&rotate(points, &rotation, 1));
+    area(on) / area(drawn).max(f64::MIN_POSITIVE)
 }
 
 /// The number of points below the plane, unless a gentle slope leads there.
@@ -174,7 +184,7 @@ fn to_f64(n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pose::{Rotation, rotate, rotation_to_z};
+    use crate::pose::Rotation;
     use crate::survey::survey;
 
     /// Points of a floor of 2 m by 1 m and a wall of `wall_m` behind it, on a raster of `STEP`.

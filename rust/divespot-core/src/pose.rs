@@ -62,6 +62,13 @@ fn align_to_rectangle(points: &[Point], threads: usize) -> Rotation {
     rows(Rotation3::from_axis_angle(&Vector3::z_axis(), -angle).matrix())
 }
 
+/// The area of the points' convex hull in plan.
+pub(crate) fn hull_area(points: &[Point]) -> f64 {
+    let hull = convex_hull(points, 1);
+    let corners = hull.iter().zip(hull.iter().cycle().skip(1));
+    0.5 * corners.map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>()
+}
+
 /// `rotation · p` for each point.
 #[must_use]
 pub fn rotate(points: &[Point], rotation: &Rotation, threads: usize) -> Vec<Point> {

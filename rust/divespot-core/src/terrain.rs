@@ -13,9 +13,9 @@ use crate::robust::scale;
 /// The steepest ground, as rise over run: half the flattest angle of repose (15°).
 pub(crate) const GENTLE: f64 = 0.13;
 /// The window of the slope is so wide that its noise is this many times smaller than [`GENTLE`].
-const CERTAIN: f64 = 4.0;
+const CERTAIN: f64 = 8.0;
 /// Half-widths of that window, in cells.
-const REACHES: std::ops::RangeInclusive<usize> = 2..=6;
+const REACHES: std::ops::RangeInclusive<usize> = 1..=6;
 /// A riser is steeper than any bulk material lies: 60°, as run over rise.
 const RISER: f64 = 0.577;
 
@@ -258,7 +258,7 @@ fn surface(
     let size = [grid.columns, grid.rows].map(|n| to_f64(n) * grid.cell_m);
     let film = Film::stretched(grid.origin_m, size, grid.cell_m, &points);
     let off = |p: &[f64; 3]| p[2] - film.at([p[0], p[1]]);
-    let beside = beside(grid, slopes, ground);
+    let beside = beside(grid, heights_m, slopes.reach, ground);
     let height = |cell: usize| match heights_m[cell] {
         seen if ground[cell] && !seen.is_nan() => seen,
         _ => (level_m + film.at(grid.center(cell))).max(beside[cell]),
@@ -272,12 +272,10 @@ fn surface(
 }
 
 /// The highest ground within a window's reach of each cell.
-fn beside(grid: &Grid, slopes: &Slopes, ground: &[bool]) -> Vec<f64> {
-    let reach = slopes.reach + 1;
+fn beside(grid: &Grid, heights_m: &[f64], reach: usize, ground: &[bool]) -> Vec<f64> {
     let highest = |a: f64, b: &f64| a.max(*b);
-    let means = slopes.means_m.iter().zip(ground);
-    let heights: Vec<f64> =
-        means.map(|(&mean, &is)| if is { mean } else { f64::NEG_INFINITY }).collect();
+    let lowest = |(&height, &is): (&f64, &bool)| if is { height } else { f64::NEG_INFINITY };
+    let heights: Vec<f64> = heights_m.iter().zip(ground).map(lowest).collect();
     let around = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
     let mut along = Vec::with_capacity(heights.len());
     for row in heights.chunks(grid.columns.max(1)) {
@@ -324,9 +322,9 @@ mod tests {
     fn only_stands(floor: impl Fn(f64, f64) -> f64, on_it: impl Fn(f64, f64) -> f64, level: f64) {
         let heights = map(|x, y| floor(x, y) + on_it(x, y));
         let terrain = terrain(&GRID, &heights, level, 0.01).unwrap();
-        for cell in 0..GRID.len() {
+        for (cell, (&height, surface)) in heights.iter().zip(&terrain.surface_m).enumerate() {
             let [x, y] = GRID.center(cell);
-            let high = heights[cell] > terrain.surface_m[cell] + 0.008;
+            let high = height > surface + 0.008;
             let stands = on_it(x, y);
             assert!(!high || stands > 0.0, "{x} {y}: {stands} is no object");
             assert!(high || stands < 0.05, "{x} {y}: {stands} is an object");

@@ -100,11 +100,11 @@ impl Map {
     }
 }
 
-/// Width of the ring by object size, margin, ground (height, noise, uncertainty), and the bases:
+/// Steps of the toe, width of the ring by object size, margin, ground (height, noise, uncertainty), and the bases:
 /// the one in force, then those to compare; none of its own for a local one.
-type Measuring<'py> = (f64, f64, (f64, f64, f64), Vec<Option<PyRef<'py, RawBase>>>);
+type Measuring<'py> = (u32, f64, f64, (f64, f64, f64), Vec<Option<PyRef<'py, RawBase>>>);
 
-fn settings(toe_cells: u32, (ring_share, margin_m, ground, bases): Measuring<'_>) -> Settings {
+fn settings((toe_cells, ring_share, margin_m, ground, bases): Measuring<'_>) -> Settings {
     let ground = Base::ground(ground.0, ground.1, ground.2);
     let mut bases = bases.into_iter().map(|base| base.map(|base| base.0.clone()));
     let base = bases.next().flatten();
@@ -134,13 +134,12 @@ pub(crate) fn measure_objects<'py>(
     origin_m: [f64; 2],
     cell_m: f64,
     labels: PyReadonlyArray1<'py, i32>,
-    toe_cells: u32,
     measuring: Measuring<'py>,
     points: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
-    let settings = settings(toe_cells, measuring);
+    let settings = settings(measuring);
     let (points, _) = points.as_slice()?.as_chunks::<3>();
     measured(py, &map, || {
         let mut objects = piles::measure(&map.grid, &map.heights_m, &labels, &settings)?;
@@ -161,6 +160,6 @@ pub(crate) fn measure_inside<'py>(
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let regions: Vec<Region> = regions.into_iter().map(|rings| Region { rings }).collect();
-    let settings = settings(0, measuring);
+    let settings = settings(measuring);
     measured(py, &map, || piles::measure_inside(&map.grid, &map.heights_m, &regions, &settings))
 }
