@@ -160,7 +160,9 @@ def surface_base(
     noise_m: float,
 ) -> RawBase: ...
 
-_Measuring: TypeAlias = tuple[int, float, float, tuple[float, float, float], Sequence[RawBase | None]]
+_Measuring: TypeAlias = tuple[
+    int, float, float, tuple[float, float, float], Sequence[RawBase | None]
+]
 
 def measure_objects(
     heights_m: NDArray[np.float64],

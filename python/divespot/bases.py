@@ -40,8 +40,9 @@ SAVED = (".ply", ".npy", ".xyz")
 
 @dataclass(frozen=True)
 class Bases:
-    """The base in force, and those that are compared with it; None is a local one."""
+    """The ground, the base in force, and those compared with it; None is a local one."""
 
+    ground: GroundLevel
     chosen: _native.RawBase | None
     compared: dict[str, _native.RawBase | None]
 
@@ -143,8 +144,8 @@ def find_bases(grid: HeightMap, ground: GroundLevel, frame: Frame, settings: Set
     make = _Maker(grid, ground, frame, settings).make
     chosen = make(settings.base)
     if not settings.compare_bases:
-        return Bases(chosen, {})
-    return Bases(chosen, {**{name: make(name) for name in PLAIN}, settings.base: chosen})
+        return Bases(ground, chosen, {})
+    return Bases(ground, chosen, {**{name: make(name) for name in PLAIN}, settings.base: chosen})
 
 
 def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
@@ -184,7 +185,6 @@ def _surface_points(path: str, frame: Frame, settings: Settings) -> NDArray[np.f
 
 def whole_base(
     grid: HeightMap,
-    ground: GroundLevel,
     bases: Bases,
     below_m: NDArray[np.float64],
     settings: Settings,
@@ -196,7 +196,7 @@ def whole_base(
     """
     if bases.chosen is not None:
         return bases.chosen.over(grid.heights_m.shape, grid.origin_m, grid.cell_m)
-    off = np.abs(grid.heights_m - ground.surface_m)
+    off = np.abs(grid.heights_m - bases.ground.surface_m)
     seen = np.where(off <= given(settings.margin_m), grid.heights_m, np.nan)
     return np.where(np.isnan(below_m), seen, below_m)
 

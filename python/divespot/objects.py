@@ -168,7 +168,6 @@ def measure_objects(
     points: NDArray[np.float64],
     grid: HeightMap,
     labels: NDArray[np.int32],
-    ground: GroundLevel,
     bases: Bases,
     settings: Settings,
 ) -> Measured:
@@ -176,7 +175,7 @@ def measure_objects(
 
     Touching piles are parted; boxes end where the points on their flat top do.
     """
-    measuring = _measuring(_steps(grid, settings.toe_m), ground, bases, settings)
+    measuring = _measuring(_steps(grid, settings.toe_m), bases, settings)
     found = _native.measure_objects(
         grid.heights_m, grid.origin_m, grid.cell_m, labels, measuring, points
     )
@@ -186,13 +185,12 @@ def measure_objects(
 def measure_regions(
     grid: HeightMap,
     regions: Sequence[Region],
-    ground: GroundLevel,
     bases: Bases,
     settings: Settings,
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
-    measuring = _measuring(0, ground, bases, settings)
+    measuring = _measuring(0, bases, settings)
     try:
         found = _native.measure_inside(grid.heights_m, grid.origin_m, grid.cell_m, rings, measuring)
     except DivespotError as error:
@@ -201,8 +199,9 @@ def measure_regions(
 
 
 def _measuring(
-    toe_cells: int, ground: GroundLevel, bases: Bases, settings: Settings
+    toe_cells: int, bases: Bases, settings: Settings
 ) -> tuple[int, float, float, tuple[float, float, float], list[_native.RawBase | None]]:
+    ground = bases.ground
     level = (ground.height_m, ground.noise_m, ground.noise_m)
     return toe_cells, settings.ring_share, given(settings.margin_m), level, bases.raw()
 

@@ -83,12 +83,12 @@ def measure(
     bases = run("base", find_bases, grid, ground, frame, s)
     if s.outline is None:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
-        measured = run("volume", measure_objects, points, grid, labels, ground, bases, s)
+        measured = run("volume", measure_objects, points, grid, labels, bases, s)
     else:
         regions = run("outline", read_regions, s.outline, frame)
-        measured = run("volume", measure_regions, grid, regions, ground, bases, s)
+        measured = run("volume", measure_regions, grid, regions, bases, s)
     piles, others = describe(measured, frame, s)
-    base_m = whole_base(grid, ground, bases, measured.base_m, s)
+    base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(
         source=cloud.source,
         piles=piles,
