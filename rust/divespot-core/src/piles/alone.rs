@@ -1,8 +1,10 @@
 //! Every pile by itself: without the walls it leans on, the rods in it, the piles that touch it.
 
 use super::base::Base;
+use super::object::{above_base, why_no_pile};
 use super::patch::Patch;
-use super::{Settings, above_base, gaps, ring_plane, spike, valley, wall, why_no_pile};
+use super::ring::ring_plane;
+use super::{Settings, gaps, spike, valley, wall};
 
 /// The piles of one object, each as `found` and as a `whole` with its flanks; their ground is the
 /// ground around all of them.

@@ -1,8 +1,9 @@
 //! Measuring inside given outlines instead of finding objects.
 
+use super::object::{Object, object, on_base};
 use super::patch::{Patch, Reach, Scene, Zone};
 use super::territory::{NOBODY, Territory};
-use super::{Object, Settings, object, on_base, to_f64};
+use super::{Settings, to_f64};
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 
@@ -231,7 +232,7 @@ fn inside(label: i32, region: &Region, patch: &Patch, settings: &Settings) -> Ob
     Object {
         outline_m: on_base(&object.base, line),
         seen_fraction: object.seen_fraction * on_map,
-        touches_edge: within < 1.0 - super::CUT_OFF,
+        touches_edge: within < 1.0 - super::object::CUT_OFF,
         reason: None,
         ..object
     }
