@@ -8,10 +8,11 @@ use super::{Settings, gaps, spike, valley, wall};
 
 /// The piles of one object, each as `found` and as a `whole` with its flanks; their ground is the
 /// ground around all of them.
-pub(crate) fn alone(found: Patch, whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
-    let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+pub(crate) fn alone(found: Patch, mut whole: Patch, settings: &Settings) -> Vec<(Patch, Patch)> {
+    whole.plane = ring_plane(&whole).map(|(plane, _)| plane);
+    let base = whole.plane.clone().unwrap_or_else(|| settings.ground.clone());
     let (found, whole) = cleared(found, whole, &base, settings);
-    let above = gaps::fill(&whole, &above_base(&whole, &base)).above_m;
+    let above = gaps::heights(&whole, &above_base(&whole, &base));
     let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];
     };
