@@ -67,8 +67,9 @@ fn on_top(
 ) -> Vec<f64> {
     let mut count = vec![f64::NAN; grid.len()];
     object.covers_m.iter().for_each(|p| count[grid.cell(p)] = 0.0);
-    for &(cell, [x, y, z]) in points.iter().filter(|(cell, _)| !count[*cell].is_nan()) {
-        if (z - object.base.at([x, y]) - height_m).abs() <= margin_m {
+    for &(cell, [x, y, z]) in points {
+        let on_top = || (z - object.base.at([x, y]) - height_m).abs() <= margin_m;
+        if !count[cell].is_nan() && on_top() {
             count[cell] += 1.0;
         }
     }

@@ -108,7 +108,7 @@ struct Hidden<'a> {
     sure: Vec<Rim>,
     /// The lowest that the material can stand above the base, from either edge; 0 where none need be.
     sure_m: Vec<f64>,
-    last_m: Vec<f64>,
+    crest_m: Vec<f64>,
     /// Their mean.
     above_m: Vec<f64>,
 }
@@ -120,9 +120,10 @@ impl<'a> Hidden<'a> {
         let open = open(&patch.grid, |cell| flanks.unseen(cell), core);
         let sure = flanks.rims(Edge::Sure);
         let sure_m = flanks.down(&sure, 0.0);
-        let last_m = flanks.down(&flanks.rims(Edge::Last), 0.0);
-        let above_m = sure_m.iter().zip(&last_m).map(|(sure, last)| 0.5 * (sure + last)).collect();
-        Self { flanks, open, sure, sure_m, last_m, above_m }
+        let rise_m = flanks.repose.slope * patch.grid.cell_m;
+        let crest_m = flanks.down(&flanks.rims(Edge::Crest { rise_m }), 0.0);
+        let above_m = sure_m.iter().zip(&crest_m).map(|(low, high)| 0.5 * (low + high)).collect();
+        Self { flanks, open, sure, sure_m, crest_m, above_m }
     }
 
     fn covers(&self, cell: usize) -> bool {
@@ -137,7 +138,7 @@ impl<'a> Hidden<'a> {
         };
         let steeper = |times: f64| self.flanks.down(&self.sure, times);
         let u_angle = 0.5 * sum(&steeper(-1.0), &steeper(1.0));
-        let u_rim = 0.5 * ANYWHERE * sum(&self.last_m, &self.sure_m);
+        let u_rim = 0.5 * ANYWHERE * sum(&self.crest_m, &self.sure_m);
         let cell_m = self.flanks.patch.grid.cell_m;
         u_angle.hypot(u_rim) * cell_m * cell_m
     }

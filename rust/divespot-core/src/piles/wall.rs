@@ -55,6 +55,13 @@ pub(crate) fn without_found_walls(mut patch: Patch, margin_m: f64) -> Patch {
     patch
 }
 
+/// The middles of the cells of these walls.
+pub(crate) fn found_walls(patch: &Patch, margin_m: f64) -> Vec<[f64; 2]> {
+    let free = without_found_walls(patch.clone(), margin_m);
+    let walls = patch.cells(Zone::Core).filter(|&cell| free.zones[cell] != Zone::Core);
+    walls.map(|cell| patch.grid.center(cell)).collect()
+}
+
 /// Whether a cell lies higher than bulk material could above one of the core's cells near it.
 fn overtops(patch: &Patch, cell: usize, margin_m: f64) -> bool {
     let mut core = patch.around(cell, NEAR).filter(|&n| patch.zones[n] == Zone::Core);
