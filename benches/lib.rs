@@ -175,6 +175,7 @@ fn objects(scan: &Scan) -> Result<Vec<Object>> {
         ring_share: 0.15,
         margin_m: MARGIN_M,
         base: None,
+        compared: vec![],
         ground: Base::ground(0.0, NOISE_M, NOISE_M),
     };
     piles::measure(&scan.map.grid, &scan.map.heights_m, &scan.labels, &settings)

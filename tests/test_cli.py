@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,9 +24,10 @@ from divespot.cli.options import FIELDS
 from divespot.simulate import NAMES, scan
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from click.testing import Result
+
+OUTLINE = Path(__file__).parent / "data" / "heap.geojson"
+"""A square around the only pile of shape-05."""
 
 #: A value other than the default for each setting, as typed and as passed to Python.
 OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
@@ -43,7 +45,6 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "bin_m": (["--bin-m", "0.004"], 0.004),
     "window": (["--window", "3"], 3),
     "lower_fraction": (["--lower-fraction", "0.4"], 0.4),
-    "ground_rule": (["--ground-rule", "first"], "first"),
     "margin_m": (["--margin-m", "0.02"], 0.02),
     "fine_radius_m": (["--fine-radius-m", "0"], 0.0),
     "cluster_backend": (["--cluster-backend", "hdbscan"], "hdbscan"),
@@ -51,12 +52,15 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "min_samples": (["--min-samples", "4"], 4),
     "link_m": (["--link-m", "0.1"], 0.1),
     "select": (["--select", "largest"], "largest"),
-    "base": (["--base", "peak"], "peak"),
+    "outline": (["--outline", str(OUTLINE)], str(OUTLINE)),
+    "base": (["--base", "height=0.01"], "height=0.01"),
+    "compare_bases": (["--compare-bases"], True),
     "toe_m": (["--toe-m", "0.08"], 0.08),
     "ring_share": (["--ring-share", "0.2"], 0.2),
     "factor": (["--factor", "1.1"], 1.1),
     "density_kg_m3": (["--density-kg-m3", "721"], 721.0),
-    "density_u_kg_m3": (["--density-u-kg-m3", "20"], 20.0),
+    "density_u_kg_m3": (["--density-u", "20"], 20.0),
+    "material": (["--material", "oats"], "oats"),
     "seed": (["--seed", "7"], 7),
     "threads": (["--threads", "1"], 1),
 }
@@ -121,7 +125,7 @@ def test_json_keeps_its_contract(heap: Path) -> None:
         assert report["settings"][name] > 0, "derived lengths are told"
     source = ("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs")
     assert tuple(report["source"]) == source
-    assert set(report["total"]) == {"volume_m3", "u95_m3"}
+    assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
     ground = {"normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction"}
     assert set(report["ground"]) == ground
     (pile,) = report["piles"]
@@ -182,6 +186,43 @@ def test_table_for_people(heap: Path) -> None:
     assert re.search(r"pile 1 +0\.02\d+ ± 0\.\d+ ", result.stdout)
     assert "mass kg" in result.stdout
     assert "does not state its unit" in result.stderr
+
+
+def test_units_of_options_may_be_left_out(heap: Path) -> None:
+    short = run("measure", heap, "--json", "-", "--density", "721", "--density-u", "30")
+    long = run("measure", heap, "--json", "-", "--density-kg-m3", "721", "--density-u-kg-m3", "30")
+    assert without_times(json.loads(short.stdout)) == without_times(json.loads(long.stdout))
+
+
+def test_bases_are_shown_side_by_side(heap: Path) -> None:
+    result = run("measure", heap, "--compare-bases", "--base", "height=0")
+    assert result.exit_code == 0
+    (header,) = (line for line in result.stdout.splitlines() if "by base" in line)
+    assert header.split()[-5:] == ["local", "plane", "peak", "midpeak", "height=0"]
+
+
+def test_an_outline_has_a_name_and_a_mass(heap: Path) -> None:
+    result = run("measure", heap, "--outline", OUTLINE, "--material", "corn")
+    assert re.search(r"pile 1 \(bay 4\) +0\.02\d+ ± 0\.0\d+ .* \d+\.?\d* ± \d", result.stdout)
+
+
+def test_a_base_and_outlines_are_saved_and_read_again(heap: Path, tmp_path: Path) -> None:
+    base, lines = tmp_path / "base.ply", tmp_path / "lines.geojson"
+    saved = run("measure", heap, "--json", "-", "--save-base", base, "--save-outlines", lines)
+    assert saved.exit_code == 0, saved.stderr
+    (pile,) = json.loads(saved.stdout)["piles"]
+    # So coarse a scan has a tenth of its volume in the toe, beyond the outline.
+    for options, within in (["--base", f"surface={base}"], 1e-6), (["--outline", lines], 0.1):
+        again = json.loads(run("measure", heap, "--json", "-", *options).stdout)["piles"]
+        assert again[0]["volume_m3"] == pytest.approx(pile["volume_m3"], rel=within)
+    assert run("measure", heap, heap, "--save-base", base).exit_code == 2
+
+
+def test_materials_are_listed() -> None:
+    listed = run("materials")
+    assert listed.exit_code == 0
+    assert re.search(r"^corn +721 +674-768 +27 +23$", listed.stdout, re.MULTILINE)
+    assert "sources: " in listed.stdout
 
 
 def test_no_pile_is_no_failure(tmp_path: Path) -> None:
@@ -248,6 +289,8 @@ def test_bad_file_in_a_real_process(tmp_path: Path) -> None:
         ["measure", "x.ply", "--crop", "1,2,3"],
         ["measure", "x.ply", "--crop", "a"],
         ["measure", "x.ply", "--base", "sea"],
+        ["measure", "x.ply", "--base", "height=low"],
+        ["measure", "x.ply", "--material", "gold"],
         ["measure", "x.ply", "--preset", "mine"],
         ["measure", "x.ply", "--picture", "x.gif"],
         ["measure", "x.ply", "y.ply", "--picture", "x.png"],

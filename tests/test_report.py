@@ -47,7 +47,10 @@ PILE_KEYS = [
     "touches_edge",
     "mass_kg",
     "u95_mass_kg",
+    "base",
     "budget",
+    "volume_by_base_m3",
+    "name",
 ]
 
 
@@ -97,7 +100,7 @@ def test_the_keys_are_those_of_the_contract() -> None:
     assert set(report["source"]) == {
         *("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs")
     }
-    assert set(report["total"]) == {"volume_m3", "u95_m3"}
+    assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
     assert set(report["ground"]) == {
         *("normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction")
     }
@@ -114,7 +117,8 @@ def test_other_objects_have_a_reason_besides() -> None:
     assert report["piles"] == []
     assert set(PILE_KEYS) | {"reason"} <= set(report["other_objects"][0])
     assert report["other_objects"][0]["mass_kg"] is None
-    assert report["total"] == {"volume_m3": 0, "u95_m3": 0}
+    assert report["total"]["volume_m3"] == report["total"]["u95_m3"] == 0
+    assert report["total"]["mass_kg"] is None
 
 
 def test_the_three_piles_come_largest_first() -> None:
@@ -179,7 +183,7 @@ def test_settings_are_resolved_and_the_seed_is_there() -> None:
     report = divespot.measure(taken().points, unit="mm", seed=7)
     found = json.loads(report.to_json())
     assert {name for name, value in found["settings"].items() if value is None} == {
-        *("crop", "density_kg_m3")
+        *("crop", "density_kg_m3", "material", "outline")
     }
     assert found["seed"] == found["settings"]["seed"] == 7
     assert found["settings"]["unit"] in ("mm", "auto")

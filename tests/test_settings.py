@@ -42,7 +42,7 @@ def test_nothing_is_open_in_a_report() -> None:
     open_ = {
         name for name, value in asdict(divespot.measure(CONE).settings).items() if value is None
     }
-    assert open_ == {"crop", "density_kg_m3"}
+    assert open_ == {"crop", "density_kg_m3", "material", "outline"}
 
 
 def test_the_settings_of_a_report_measure_the_same_again() -> None:
@@ -86,7 +86,7 @@ def test_the_paper_differs_by_settings_alone() -> None:
 def test_the_paper_cuts_the_toe_off() -> None:
     paper, ours = divespot.measure(CONE, Settings.paper()), divespot.measure(CONE)
     assert len(paper.piles) == 1
-    assert paper.piles[0].base == "ground"
+    assert paper.piles[0].base == "peak"
     assert 0.9 < paper.piles[0].volume_m3 / SOLIDS["cone"].volume_m3 < 1
     assert abs(ours.piles[0].volume_m3 / SOLIDS["cone"].volume_m3 - 1) < 1e-3
 
@@ -108,6 +108,43 @@ def test_factor_and_density_scale_their_results() -> None:
     assert pile.mass_kg == pytest.approx(720 * pile.volume_m3, rel=1e-12)
     expected = np.hypot(pile.u95_m3 / pile.volume_m3, 2 * 0.05) * (pile.mass_kg or 0)
     assert pile.u95_mass_kg == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_material_has_the_spread_of_its_density() -> None:
+    report = divespot.measure(CONE, material="corn")
+    corn = divespot.MATERIALS["corn"]
+    low, high = corn.density_range_kg_m3
+    assert report.settings.density_kg_m3 == corn.density_kg_m3 == pytest.approx(721)
+    assert report.settings.density_u_kg_m3 == pytest.approx((high - low) / 12**0.5)
+    assert low < 721 - 36 < 721 + 36 < high
+    assert result(divespot.measure(CONE, report.settings)) == result(report)
+
+
+def test_a_density_that_is_given_counts_instead_of_the_material_s() -> None:
+    report = divespot.measure(CONE, material="corn", density_kg_m3=700.0)
+    assert (report.settings.density_kg_m3, report.settings.density_u_kg_m3) == (700, 0)
+    assert any("taken as exact" in warning for warning in report.warnings)
+    own = divespot.measure(CONE, material="corn", density_u_kg_m3=9.0).settings
+    assert own.density_kg_m3 == pytest.approx(721)
+    assert own.density_u_kg_m3 == 9
+
+
+def test_the_total_is_weighed_as_one_volume() -> None:
+    two = np.r_[CONE, CONE * [1, 1, 0.75] + [2, 0, 0]]
+    report = divespot.measure(two, density_kg_m3=720.0, density_u_kg_m3=36.0)
+    total, masses = report.total, [pile.mass_kg or 0.0 for pile in report.piles]
+    assert total.mass_kg == pytest.approx(sum(masses), rel=1e-12)
+    # The density is off for both alike.
+    assert (total.u95_mass_kg or 0) > 0.1 * sum(masses)
+    assert divespot.measure(two).total.mass_kg is None
+
+
+def test_every_material_is_within_reason() -> None:
+    for material in divespot.MATERIALS.values():
+        low, high = material.density_range_kg_m3
+        assert 300 < low < material.density_kg_m3 < high < 2000
+        assert 0.02 < material.density_u_kg_m3 / material.density_kg_m3 < 0.05
+        assert material.repose_deg is None or 20 < material.repose_deg[0] <= 45
 
 
 def test_the_seed_is_reported_and_repeats() -> None:

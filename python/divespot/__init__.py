@@ -1,6 +1,7 @@
 """The volume of each pile in a point cloud, with its uncertainty."""
 
 from divespot._native import __version__
+from divespot.bases import save_base
 from divespot.clustering import Clusters, hdbscan
 from divespot.errors import DivespotError
 from divespot.grid import HeightMap, Volume, height_map, integrate
@@ -11,6 +12,8 @@ from divespot.kernels import (
     radius_outlier_mask,
     voxel_downsample,
 )
+from divespot.materials import MATERIALS, Material
+from divespot.outline_file import save_outlines
 from divespot.pipeline import measure
 from divespot.plane import Plane, fit_plane, rotation_to_z
 from divespot.report import Budget, Ground, Pile, Report, Source, Total
@@ -18,12 +21,14 @@ from divespot.settings import Settings
 from divespot.spacing import Survey, point_spacing, survey
 
 __all__ = [
+    "MATERIALS",
     "Budget",
     "Clusters",
     "DivespotError",
     "Ground",
     "HeightHistogram",
     "HeightMap",
+    "Material",
     "Pile",
     "Plane",
     "Report",
@@ -43,6 +48,8 @@ __all__ = [
     "point_spacing",
     "radius_outlier_mask",
     "rotation_to_z",
+    "save_base",
+    "save_outlines",
     "survey",
     "voxel_downsample",
 ]

@@ -1,10 +1,11 @@
 from collections.abc import Sequence
-from typing import Any, Final, final
+from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "RawBase",
     "RawHeightMap",
     "RawObject",
     "__version__",
@@ -15,12 +16,15 @@ __all__ = [
     "height_histogram",
     "height_map",
     "integrate",
+    "measure_inside",
     "measure_objects",
     "pieces",
+    "plane_base",
     "radius_outlier_mask",
     "rotate",
     "rotation_to_z",
     "seen",
+    "surface_base",
     "survey",
     "voxel_downsample",
 ]
@@ -102,6 +106,8 @@ class RawObject:
     @property
     def fill_m3(self) -> float: ...
     @property
+    def compared_m3(self) -> list[float]: ...
+    @property
     def footprint_m2(self) -> float: ...
     @property
     def max_height_m(self) -> float: ...
@@ -129,14 +135,38 @@ class RawObject:
     def grid_m3(self) -> float: ...
 
 def pieces(labels: NDArray[np.int32], gap: int, fewest: int) -> NDArray[np.int32]: ...
+
+@final
+class RawBase:
+    def over(
+        self, shape: tuple[int, ...], origin_m: Sequence[float], cell_m: float
+    ) -> NDArray[np.float64]: ...
+
+def plane_base(
+    level_m: float, tilt: Sequence[float], noise_m: float, u_level_m: float, given: bool
+) -> RawBase: ...
+def surface_base(
+    points: NDArray[Any],
+    shape: tuple[int, ...],
+    origin_m: Sequence[float],
+    cell_m: float,
+    noise_m: float,
+) -> RawBase: ...
+
+_Measuring: TypeAlias = tuple[float, float, tuple[float, float, float], Sequence[RawBase | None]]
+
 def measure_objects(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
     labels: NDArray[np.int32],
     toe_cells: int,
-    ring_share: float,
-    margin_m: float,
-    ground: tuple[float, float, float],
-    local: bool,
-) -> list[RawObject]: ...
+    measuring: _Measuring,
+) -> tuple[list[RawObject], NDArray[np.float64]]: ...
+def measure_inside(
+    heights_m: NDArray[np.float64],
+    origin_m: Sequence[float],
+    cell_m: float,
+    regions: Sequence[Sequence[Sequence[Sequence[float]]]],
+    measuring: _Measuring,
+) -> tuple[list[RawObject], NDArray[np.float64]]: ...

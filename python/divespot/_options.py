@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import numbers
+import os
 from collections.abc import Callable
 from dataclasses import field
 from typing import Any
 
 import numpy as np
 
+from divespot.base_name import NEEDED, PLAIN, BaseName
 from divespot.errors import DivespotError
 
 #: Turns what was given into a plain value; None where it cannot.
@@ -93,16 +95,37 @@ def flag(help_text: str) -> Any:  # noqa: ANN401
     )
 
 
-def choice(help_text: str, *choices: str) -> Any:  # noqa: ANN401
-    """Return a field for one of several words, the first by default."""
+def choice(help_text: str, *choices: str, default: str | None = "") -> Any:  # noqa: ANN401
+    """Return a field for one of several words, by default the first or None."""
     return _option(
-        choices[0],
+        choices[0] if default == "" else default,
         help_text,
         f"one of {', '.join(choices)}",
         lambda v: v if _text(v) in choices else None,
         kind=str,
         choices=choices,
     )
+
+
+def base(help_text: str) -> Any:  # noqa: ANN401
+    """Return a field for the name of a base."""
+    return _option(
+        PLAIN[0],
+        help_text,
+        NEEDED,
+        lambda v: v if isinstance(v, str) and BaseName.parse(v) else None,
+        kind=str,
+        metavar="NAME",
+    )
+
+
+def path(help_text: str) -> Any:  # noqa: ANN401
+    """Return a field for the path of a file; None for none."""
+    return _option(None, help_text, "a path", _path, kind=str, metavar="FILE")
+
+
+def _path(value: Any) -> str | None:  # noqa: ANN401
+    return (os.fsdecode(value) or None) if isinstance(value, str | os.PathLike) else None
 
 
 def box(help_text: str) -> Any:  # noqa: ANN401

@@ -33,10 +33,6 @@ class Cloud:
     source: Source
     warnings: tuple[str, ...]
 
-    def in_scan(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return positions near the origin in the scan's own frame and unit."""
-        return (positions_m + self.origin_m) / UNITS[self.source.unit]
-
 
 def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Cloud:
     """Read a scan; drop and count points that are not finite and points at (0, 0, 0).

@@ -10,24 +10,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.bases import peak_m
 from divespot.clusters import find_clusters
-from divespot.kernels import ground_height, radius_outlier_mask
+from divespot.errors import DivespotError
+from divespot.kernels import radius_outlier_mask
+from divespot.mass import mass_kg
 from divespot.report import COVERAGE, Budget, Outline, Pile
 from divespot.settings import given
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
+    from divespot.bases import Bases
+    from divespot.frame import Frame
     from divespot.grid import HeightMap
-    from divespot.intake import Cloud
+    from divespot.outline_file import Region
     from divespot.pose import Pose
     from divespot.report import Position
     from divespot.settings import Settings
 
 #: With less of the points on the ground's plane, the ground is no plane.
 FLAT_SHARE = 0.2
+
+#: With a base as uncertain as this share of the volume, it does not suit the ground around.
+OFF_SHARE = 0.05
 
 #: With more of what stands above the ground in no object, something may have been missed.
 LOOSE_SHARE = 0.25
@@ -47,13 +55,7 @@ def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Setti
     The noise is taken from the cells below the ground: those above may belong to a pile.
     """
     heights = grid.heights_m[~np.isnan(grid.heights_m)]
-    height = ground_height(
-        heights,
-        bin_m=given(settings.bin_m),
-        window=settings.window,
-        rule=settings.ground_rule,
-        lower_fraction=settings.lower_fraction,
-    )
+    height = peak_m(grid, settings.base, settings)
     below = height - heights[heights < height]
     near = below[below < 2.0 * given(settings.plane_threshold_m)]
     noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
@@ -120,36 +122,82 @@ def _warn_of_dropped(
         )
 
 
+@dataclass(frozen=True)
+class Measured:
+    """Objects as the kernel knows them, and what they stand on.
+
+    Attributes
+    ----------
+    base_m
+        Shape of the grid: the base below each cell that was measured, NaN elsewhere.
+    compared
+        Names of the bases whose volumes each object has.
+    names
+        What the outlines are called, by label; empty where objects were found.
+
+    """
+
+    objects: list[_native.RawObject]
+    base_m: NDArray[np.float64]
+    compared: tuple[str, ...]
+    names: tuple[str | None, ...] = ()
+
+
 def measure_objects(
-    grid: HeightMap, labels: NDArray[np.int32], ground: GroundLevel, settings: Settings
-) -> list[_native.RawObject]:
+    grid: HeightMap,
+    labels: NDArray[np.int32],
+    ground: GroundLevel,
+    bases: Bases,
+    settings: Settings,
+) -> Measured:
     """Integrate each object above its base, its toe included."""
-    return _native.measure_objects(
-        grid.heights_m,
-        grid.origin_m,
-        grid.cell_m,
-        labels,
-        _steps(grid, settings.toe_m),
-        settings.ring_share,
-        given(settings.margin_m),
-        (ground.height_m, ground.noise_m, ground.noise_m),
-        settings.base == "local",
+    measuring = _measuring(ground, bases, settings)
+    steps = _steps(grid, settings.toe_m)
+    found = _native.measure_objects(
+        grid.heights_m, grid.origin_m, grid.cell_m, labels, steps, measuring
     )
+    return Measured(*found, tuple(bases.compared))
+
+
+def measure_regions(
+    grid: HeightMap,
+    regions: Sequence[Region],
+    ground: GroundLevel,
+    bases: Bases,
+    settings: Settings,
+) -> Measured:
+    """Integrate what lies inside each outline, exactly to the line."""
+    rings = [[ring.tolist() for ring in region.rings] for region in regions]
+    measuring = _measuring(ground, bases, settings)
+    try:
+        found = _native.measure_inside(grid.heights_m, grid.origin_m, grid.cell_m, rings, measuring)
+    except DivespotError as error:
+        raise DivespotError(f"{settings.outline}: {error}") from None
+    return Measured(*found, tuple(bases.compared), tuple(region.name for region in regions))
+
+
+def _measuring(
+    ground: GroundLevel, bases: Bases, settings: Settings
+) -> tuple[float, float, tuple[float, float, float], list[_native.RawBase | None]]:
+    level = (ground.height_m, ground.noise_m, ground.noise_m)
+    return settings.ring_share, given(settings.margin_m), level, bases.raw()
 
 
 def describe(
-    objects: list[_native.RawObject], cloud: Cloud, pose: Pose, settings: Settings
+    measured: Measured, frame: Frame, settings: Settings
 ) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
     """Return piles and other objects, each largest first, placed in the scan's own frame."""
-    described = [_pile(item, cloud, pose, settings) for item in _largest_first(objects)]
+    found = _largest_first(measured.objects)
+    described = [_pile(item, measured, frame, settings) for item in found]
     piles = [item for item in described if item.reason is None]
     others = [item for item in described if item.reason is not None]
     return _numbered(piles), _numbered(others)
 
 
-def outlines(objects: list[_native.RawObject]) -> tuple[Outline, ...]:
+def outlines(measured: Measured) -> tuple[Outline, ...]:
     """Return the outlines in the level frame, in the order of `describe`."""
-    return tuple(Outline(tuple(o.outline_m), o.reason) for o in _largest_first(objects))
+    found = _largest_first(measured.objects)
+    return tuple(Outline(tuple(o.outline_m), o.reason) for o in found)
 
 
 def _largest_first(objects: list[_native.RawObject]) -> list[_native.RawObject]:
@@ -160,16 +208,16 @@ def _numbered(items: list[Pile]) -> tuple[Pile, ...]:
     return tuple(dataclasses.replace(item, id=i) for i, item in enumerate(items, start=1))
 
 
-def _pile(raw: _native.RawObject, cloud: Cloud, pose: Pose, settings: Settings) -> Pile:
+def _pile(raw: _native.RawObject, measured: Measured, frame: Frame, settings: Settings) -> Pile:
     def place(position: Position) -> Position:
-        x, y, z = cloud.in_scan(pose.restored(position)).tolist()
+        x, y, z = frame.to_scan(np.array(position)).tolist()
         return x, y, z
 
     factor = settings.factor
     terms = (raw.noise_m3, raw.base_m3, raw.footprint_m3, raw.filled_m3, raw.grid_m3)
     budget = Budget(*(factor * term for term in terms))
     volume = factor * (raw.cut_m3 - raw.fill_m3)
-    mass, u_mass = _mass(volume, budget.combined_m3(), settings)
+    mass, u_mass = mass_kg(volume, budget.combined_m3(), settings)
     return Pile(
         id=0,
         volume_m3=volume,
@@ -183,20 +231,20 @@ def _pile(raw: _native.RawObject, cloud: Cloud, pose: Pose, settings: Settings) 
         seen_fraction=raw.seen_fraction,
         touches_edge=raw.touches_edge,
         mass_kg=mass,
-        u95_mass_kg=u_mass,
-        base=raw.base,
+        u95_mass_kg=None if u_mass is None else COVERAGE * u_mass,
+        base=raw.base if settings.base == "local" else settings.base.partition("=")[0],
         budget=budget,
+        volume_by_base_m3=_by_base(raw, measured, factor),
+        name=measured.names[raw.label] if measured.names else None,
         reason=raw.reason,
     )
 
 
-def _mass(volume_m3: float, u_m3: float, settings: Settings) -> tuple[float | None, float | None]:
-    """Return the mass and its expanded uncertainty: relative uncertainties add in squares."""
-    density = settings.density_kg_m3
-    if density is None:
-        return None, None
-    u_mass = math.hypot(density * u_m3, volume_m3 * settings.density_u_kg_m3)
-    return density * volume_m3, COVERAGE * u_mass
+def _by_base(raw: _native.RawObject, measured: Measured, factor: float) -> dict[str, float] | None:
+    if not measured.compared:
+        return None
+    volumes = (factor * volume for volume in raw.compared_m3)
+    return dict(zip(measured.compared, volumes, strict=True))
 
 
 def doubts(
@@ -217,6 +265,14 @@ def doubts(
     for pile in piles:
         if pile.touches_edge:
             found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
-        if pile.base == "ground" and settings.base == "local":
+        if pile.base == "ground":
             found.append(f"pile {pile.id} has no ground of its own around it")
+        if settings.base != "local" and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
+            off_m = pile.budget.base_m3 / pile.footprint_m2
+            found.append(
+                f"the ground around pile {pile.id} lies about {off_m:.2g} m off the base "
+                f"{settings.base}: was another one meant?"
+            )
+    if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
+        found.append("the density was taken as exact: density_u_kg_m3 is its standard uncertainty")
     return found

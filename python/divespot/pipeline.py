@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from divespot.bases import find_bases, whole_base
 from divespot.filters import radius_filter, scene_cluster, voxels
+from divespot.frame import Frame
 from divespot.grid import height_map
 from divespot.intake import crop, load
 from divespot.objects import (
@@ -13,8 +15,10 @@ from divespot.objects import (
     find_ground,
     find_objects,
     measure_objects,
+    measure_regions,
     outlines,
 )
+from divespot.outline_file import read_regions
 from divespot.pose import find_pose, ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
@@ -74,17 +78,24 @@ def measure(
     points = run("rotation", pose.level, points, s.threads)
     grid = run("height map", height_map, points, given(s.cell_m))
     ground, s = run("ground", find_ground, grid, s)
-    labels = run("fine filter", find_objects, grid, ground, s, run.warn)
-    objects = run("volume", measure_objects, grid, labels, ground, s)
-    piles, others = describe(objects, cloud, pose, s)
+    frame = Frame(pose, cloud.origin_m, cloud.source.unit)
+    bases = run("base", find_bases, grid, ground, frame, s, run.warn)
+    if s.outline is None:
+        labels = run("fine filter", find_objects, grid, ground, s, run.warn)
+        measured = run("volume", measure_objects, grid, labels, ground, bases, s)
+    else:
+        regions = run("outline", read_regions, s.outline, frame)
+        measured = run("volume", measure_regions, grid, regions, ground, bases, s)
+    piles, others = describe(measured, frame, s)
+    base_m = whole_base(grid, ground, bases, measured.base_m, s)
     return Report(
         source=cloud.source,
         piles=piles,
         other_objects=others,
-        total=Total.of(piles),
+        total=Total.of(piles, s),
         ground=ground_in_scan(pose, ground, cloud, len(points)),
         settings=s,
         timings_s=run.timings_s,
         warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points), s)),
-        level=Level(grid, ground.height_m, outlines(objects)),
+        level=Level(grid, ground.height_m, outlines(measured), base_m, frame),
     )

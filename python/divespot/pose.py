@@ -44,10 +44,10 @@ class Pose:
         turned[:, 2] -= self.plane.offset_m
         return turned
 
-    def restored(self, position: Position) -> NDArray[np.float64]:
-        """Return a place of the level frame in the cloud's frame."""
-        x, y, z = position
-        return np.array((x, y, z + self.plane.offset_m)) @ self.rotation
+    def restored(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return places of the level frame, shape ``(..., 3)``, in the cloud's frame."""
+        raised = positions_m + np.array((0.0, 0.0, self.plane.offset_m))
+        return np.asarray(raised @ self.rotation)
 
 
 def parse_up(up: str) -> tuple[float, float, float] | None:

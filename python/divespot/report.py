@@ -8,9 +8,15 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from divespot.mass import mass_kg
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from divespot.frame import Frame
     from divespot.grid import HeightMap
     from divespot.settings import Settings
 
@@ -58,7 +64,9 @@ class Pile:
 
     `volume_m3` is `cut_m3` (above the base) less `fill_m3` (below it). `u95_m3` is the expanded
     uncertainty, twice the standard uncertainty that `budget` adds up to. `base` names what the
-    base rests on. `reason` says why the object is no pile; None for a pile.
+    base rests on. `volume_by_base_m3` are the volumes above the bases that were compared, None
+    where none were. `name` is that of the outline, where one was given. `reason` says why the
+    object is no pile; None for a pile.
     """
 
     id: int
@@ -76,6 +84,8 @@ class Pile:
     u95_mass_kg: float | None
     base: str
     budget: Budget
+    volume_by_base_m3: Mapping[str, float] | None = None
+    name: str | None = None
     reason: str | None = None
 
 
@@ -85,14 +95,17 @@ class Total:
 
     volume_m3: float
     u95_m3: float
+    mass_kg: float | None
+    u95_mass_kg: float | None
 
     @classmethod
-    def of(cls, piles: tuple[Pile, ...]) -> Total:
+    def of(cls, piles: tuple[Pile, ...], settings: Settings) -> Total:
         """Add up piles: their bases may all be off to the same side, the rest is independent."""
         base = sum(pile.budget.base_m3 for pile in piles)
         rest = (dataclasses.replace(pile.budget, base_m3=0.0).combined_m3() for pile in piles)
-        u95 = COVERAGE * math.hypot(base, *rest)
-        return cls(sum(pile.volume_m3 for pile in piles), u95)
+        volume, u = sum(pile.volume_m3 for pile in piles), math.hypot(base, *rest)
+        mass, u_mass = mass_kg(volume, u, settings)
+        return cls(volume, COVERAGE * u, mass, None if u_mass is None else COVERAGE * u_mass)
 
 
 @dataclass(frozen=True)
@@ -120,11 +133,17 @@ class Outline:
 
 @dataclass(frozen=True)
 class Level:
-    """The levelled scene, for pictures: height map, ground, outlines in the report's order."""
+    """The levelled scene, for pictures: height map, ground, outlines in the report's order.
+
+    `base_m` is the base in force below each cell, NaN where it is not known; `frame` is the way
+    from here to the scan.
+    """
 
     height_map: HeightMap
     ground_m: float
     outlines: tuple[Outline, ...]
+    base_m: NDArray[np.float64]
+    frame: Frame
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from divespot._options import box, choice, count, flag, length, positive, text
+from divespot._options import base, box, choice, count, flag, length, path, positive, text
 from divespot.errors import DivespotError
+from divespot.materials import MATERIALS
 
 if TYPE_CHECKING:
     from divespot.spacing import Survey
@@ -47,9 +48,6 @@ class Settings:
     lower_fraction: float = positive(
         "part of the height range in which the ground lies", 0.5, most=1.0
     )
-    ground_rule: Literal["lower", "first", "midpoint"] = choice(
-        "the histogram's peak that is the ground", "lower", "first", "midpoint"
-    )
     margin_m: float | None = positive("height above the ground from which it is an object")
     fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
     cluster_backend: Literal["divespot", "hdbscan"] = choice(
@@ -59,16 +57,31 @@ class Settings:
     min_samples: int = count("neighbours that make a cell or point a cluster's core", 5, 1)
     link_m: float | None = positive("gap above which objects are apart")
     select: Literal["all", "largest"] = choice("objects that are measured", "all", "largest")
-    base: Literal["local", "peak"] = choice(
-        "what an object stands on: the ground around it, or the histogram's peak", "local", "peak"
+    outline: str | None = path(
+        "measure inside the polygons of this GeoJSON file, in the scan's frame and unit, instead "
+        "of finding piles"
     )
+    base: str = base(
+        "what a pile stands on: local (the ground around it), plane (the ground's), peak or "
+        "midpeak (of the height histogram; paper), height=H (along up in the scan's frame and "
+        "unit), camera-height=H (of the scan's origin above the ground; paper), surface=FILE (an "
+        "earlier scan of the empty floor, or a saved base)"
+    )
+    compare_bases: bool = flag("show each pile's volume above every base that needs no input")
     toe_m: float | None = length("width around an object that may hold its toe")
     ring_share: float = positive(
         "width of the ring of ground for the local base, by object size", 0.15
     )
     factor: float = positive("compensation factor of the volume (paper)", 1.0)
     density_kg_m3: float | None = positive("bulk density, for the mass")
-    density_u_kg_m3: float = length("standard uncertainty of the density", 0.0)
+    density_u_kg_m3: float | None = length(
+        "standard uncertainty of the density; without one, that of the material's, or 0"
+    )
+    material: str | None = choice(
+        "take the density of this material, where none is given (see `divespot materials`)",
+        *MATERIALS,
+        default=None,
+    )
     seed: int = count("seed of all random draws", 0, 0, most=2**64 - 1)
     threads: int = count("threads; 0: all that this process may use", 0, 0)
 
@@ -124,6 +137,7 @@ class Settings:
             bin_m=max(roughness, spacing / 8.0),
             fine_radius_m=2.5 * cell,
             link_m=2.5 * cell,
+            **self._density(),
         )
 
     def grounded(self, noise_m: float) -> Settings:
@@ -134,6 +148,16 @@ class Settings:
             margin_m=margin,
             toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
         )
+
+    def _density(self) -> dict[str, float]:
+        """Return what follows from the material, unless a density is given."""
+        material = MATERIALS.get(self.material or "")
+        if material is None or self.density_kg_m3 is not None:
+            return {"density_u_kg_m3": 0.0}
+        return {
+            "density_kg_m3": material.density_kg_m3,
+            "density_u_kg_m3": material.density_u_kg_m3,
+        }
 
     def _completed(self, **derived: float) -> Settings:
         missing = {name: value for name, value in derived.items() if getattr(self, name) is None}

@@ -13,10 +13,15 @@ from divespot.cli.screen import progress_line, stdout_console
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from divespot.report import Report
     from divespot.settings import Settings
+
+
+#: Options that name files which belong to one scan.
+FILES = ("picture", "save_base", "save_outlines")
 
 
 def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
@@ -44,14 +49,25 @@ def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) ->
     callback=png_only,
     help="draw the height map with outlines and the height histogram (one scan only)",
 )
+@click.option(
+    "--save-base",
+    type=click.Path(),
+    metavar="PATH",
+    help="write the base in force as .ply, .npy or .xyz, for --base surface=PATH (one scan only)",
+)
+@click.option(
+    "--save-outlines",
+    type=click.Path(),
+    metavar="PATH",
+    help="write the piles' outlines as GeoJSON, for --outline PATH (one scan only)",
+)
 @click.pass_context
 def measure(
     ctx: click.Context,
     /,
     scans: tuple[str, ...],
     json_file: IO[str] | None,
-    picture: str | None,
-    **_settings: Any,  # noqa: ANN401 - as many types as settings; read from the context
+    **_others: Any,  # noqa: ANN401 - as many types as settings; read from the context
 ) -> None:
     """Measure every pile in each SCAN.
 
@@ -60,9 +76,11 @@ def measure(
     measured is named on stderr, and the next one is measured.
     """
     settings = chosen_settings(ctx)
-    if picture is not None and len(scans) > 1:
-        raise click.UsageError(f"--picture needs one SCAN, {len(scans)} were given", ctx)
-    output = Output(json_file, picture, indent=1 if len(scans) == 1 else None)
+    files = {name: path for name in FILES if (path := ctx.params[name]) is not None}
+    if len(scans) > 1 and files:
+        option = "--" + next(iter(files)).replace("_", "-")
+        raise click.UsageError(f"{option} needs one SCAN, {len(scans)} were given", ctx)
+    output = Output(json_file, files, indent=1 if len(scans) == 1 else None)
     good = [_measure_one(scan, settings, output) for scan in scans]
     if not all(good):
         ctx.exit(1)
@@ -73,19 +91,27 @@ class Output:
     """Where reports go."""
 
     json_file: IO[str] | None
-    picture: str | None
+    files: Mapping[str, str]
     indent: int | None
 
     def write(self, report: Report) -> None:
         """Write one report to all places that were asked for."""
-        if self.picture is not None:
-            from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
-
-            save_picture(report, self.picture)
+        for name, path in self.files.items():
+            _writer(name)(report, path)
         if self.json_file is not None:
             click.echo(report.to_json(indent=self.indent), file=self.json_file)
         if self.json_file is None or self.json_file.name != "-":
             show(report)
+
+
+def _writer(name: str) -> Callable[[Report, str], None]:
+    if name == "picture":
+        from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
+
+        return save_picture
+    from divespot import save_base, save_outlines  # noqa: PLC0415 - slow to import
+
+    return save_base if name == "save_base" else save_outlines
 
 
 def _measure_one(scan: str, settings: Settings, output: Output) -> bool:
@@ -111,12 +137,15 @@ def run(scan: str | Path, settings: Settings) -> Report:
 
 def show(report: Report) -> None:
     """Print a report for people."""
-    from divespot.cli.tables import report_table  # noqa: PLC0415 - slow to import
+    from divespot.cli.tables import bases_table, report_table  # noqa: PLC0415 - slow to import
 
     seconds = sum(report.timings_s.values())
     click.echo(f"{_file_name(report)}: {report.source.points:,} points in {seconds:.2f} s\n")
     if report.piles or report.other_objects:
         stdout_console().print(report_table(report))
+        if report.settings.compare_bases and report.piles:
+            click.echo()
+            stdout_console().print(bases_table(report))
     else:
         click.echo("  no object stands on the ground\n")
 

@@ -98,7 +98,14 @@ def _option(item: dataclasses.Field[Any]) -> Callable[[F], F]:
     if item.metadata["kind"] is bool:
         negative = flag.replace("--", "--no-", 1)
         return click.option(f"{flag}/{negative}", item.name, default=None, help=text)
-    return click.option(flag, item.name, type=_type(item), metavar=_metavar(item), help=text)
+    names = [flag, *_without_unit(flag)]
+    return click.option(*names, item.name, type=_type(item), metavar=_metavar(item), help=text)
+
+
+def _without_unit(flag: str) -> list[str]:
+    """Return the flag without the unit it ends in: ``--density`` for ``--density-kg-m3``."""
+    endings = (ending.replace("_", "-") for ending in _METAVARS)
+    return [flag.removesuffix(ending) for ending in endings if flag.endswith(ending)][:1]
 
 
 def _type(item: dataclasses.Field[Any]) -> click.Choice[str] | Callable[[str], Any]:
@@ -114,7 +121,7 @@ def _metavar(item: dataclasses.Field[Any]) -> str | None:
     if item.metadata["kind"] is tuple:
         return "X0,Y0,Z0,X1,Y1,Z1"
     if item.metadata["kind"] is not float:
-        return None
+        return item.metadata.get("metavar")
     endings = (text for ending, text in _METAVARS.items() if item.name.endswith(ending))
     return next(endings, "NUMBER") + ("|auto" if _is_length(item) else "")
 

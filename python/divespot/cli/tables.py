@@ -25,12 +25,23 @@ def report_table(report: Report) -> Table:
         table.add_column("mass kg", justify="right", no_wrap=True)
     table.add_column("remarks")
     for pile in report.piles:
-        table.add_row(f"pile {pile.id}", *_cells(pile, per_m3, weighed=weighed))
+        table.add_row(_title(pile), *_cells(pile, per_m3, weighed=weighed))
     if len(report.piles) > 1:
-        table.add_row("total", _volume(report.total, per_m3), style="bold")
+        mass = ["", "", "", _mass(report.total)] if weighed else []
+        table.add_row("total", _volume(report.total, per_m3), *mass, style="bold")
     table.add_section()
     for item in report.other_objects:
         table.add_row(f"other {item.id}", *_cells(item, per_m3, weighed=weighed), style="dim")
+    return table
+
+
+def bases_table(report: Report) -> Table:
+    """Return each pile's volume above every base that was compared."""
+    unit, per_m3 = volume_unit(max(pile.volume_m3 for pile in report.piles))
+    compared = [(_title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
+    table = plain_table(f"volume {unit} by base", *compared[0][1])
+    for title, volumes in compared:
+        table.add_row(title, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
     return table
 
 
@@ -63,9 +74,17 @@ def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
         f"{item.seen_fraction:.0%}",
     ]
     if weighed:
-        cells.append(with_uncertainty(item.mass_kg or 0.0, item.u95_mass_kg or 0.0))
+        cells.append(_mass(item))
     runs_out = "runs out of the scan" if item.touches_edge else None
     return [*cells, ", ".join(filter(None, (item.reason, runs_out)))]
+
+
+def _title(pile: Pile) -> str:
+    return f"pile {pile.id}" + (f" ({pile.name})" if pile.name else "")
+
+
+def _mass(item: Pile | Total) -> str:
+    return with_uncertainty(item.mass_kg or 0.0, item.u95_mass_kg or 0.0)
 
 
 def _volume(item: Pile | Total, per_m3: float) -> str:

@@ -70,9 +70,17 @@ impl Grid {
         ]
     }
 
+    /// Whether a point lies above or below a cell of the grid.
+    fn holds(&self, p: &Point) -> bool {
+        let within = |k: usize, most: usize| {
+            (0.0..most as f64).contains(&((p[k] - self.origin_m[k]) / self.cell_m))
+        };
+        within(0, self.columns) && within(1, self.rows)
+    }
+
     /// The cell that a point inside the grid's bounds lies in.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to the grid
-    fn cell(&self, p: &Point) -> usize {
+    pub(crate) fn cell(&self, p: &Point) -> usize {
         let along = |k: usize, most: usize| {
             (((p[k] - self.origin_m[k]) / self.cell_m) as usize).min(most - 1)
         };
@@ -134,15 +142,28 @@ pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
         needed: 1,
     })?;
     let grid = Grid::over(&bounds, cell_m, points.len())?;
-    let fixed = Fixed::new(bounds.largest(), points.len());
+    Ok(averaged(points, grid, bounds.largest()))
+}
+
+/// Averages the points in each cell of a grid that is there already; points off it are left out.
+#[must_use]
+pub fn height_map_on(points: &[Point], grid: Grid) -> HeightMap {
+    let within: Vec<Point> = points.iter().filter(|p| grid.holds(p)).copied().collect();
+    let largest = Bounds::of(within.iter().copied()).map_or(1.0, |b| b.largest());
+    averaged(&within, grid, largest)
+}
+
+/// Averages points on the grid, whose coordinates are at most `largest` in size.
+fn averaged(points: &[Point], grid: Grid, largest: f64) -> HeightMap {
+    let fixed = Fixed::new(largest, points.len());
     let sums = accumulate(points, &grid, fixed);
     let means: Vec<Option<Point>> = sums.iter().map(|s| mean(s, fixed)).collect();
-    Ok(HeightMap {
+    HeightMap {
         grid,
         heights_m: (0..grid.len()).map(|cell| centered(&grid, &means, cell)).collect(),
         counts: sums.iter().map(|s| s.count).collect(),
         relief_m: sums.iter().map(|s| (s.high - s.low).max(0.0)).collect(),
-    })
+    }
 }
 
 fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {

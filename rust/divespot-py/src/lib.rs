@@ -1,5 +1,6 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
+mod bases;
 mod errors;
 mod ground;
 mod hdbscan;
@@ -16,6 +17,8 @@ mod voxel;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::bases::{RawBase, plane_base, surface_base};
+    #[pymodule_export]
     use crate::ground::{find_ground, survey};
     #[pymodule_export]
     use crate::hdbscan::hdbscan;
@@ -26,7 +29,7 @@ mod _native {
     #[pymodule_export]
     use crate::neighbors::radius_outlier_mask;
     #[pymodule_export]
-    use crate::piles::{RawObject, measure_objects, pieces};
+    use crate::piles::{RawObject, measure_inside, measure_objects, pieces};
     #[pymodule_export]
     use crate::plane::{fit_plane, rotate, rotation_to_z};
     #[pymodule_export]

@@ -1,8 +1,9 @@
 use divespot_core::heightmap::Grid;
-use divespot_core::piles::{self, Base, Kind, Object, Reason, Settings};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use divespot_core::piles::{self, Base, Kind, Object, Reason, Region, Settings};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
+use crate::bases::RawBase;
 use crate::errors::raise;
 
 /// A position as a tuple.
@@ -14,6 +15,7 @@ pub(crate) struct RawObject {
     label: i32,
     cut_m3: f64,
     fill_m3: f64,
+    compared_m3: Vec<f64>,
     footprint_m2: f64,
     max_height_m: f64,
     centroid_m: Place,
@@ -35,6 +37,7 @@ impl From<Object> for RawObject {
             label: object.label,
             cut_m3: object.volume.cut_m3,
             fill_m3: object.volume.fill_m3,
+            compared_m3: object.compared_m3,
             footprint_m2: object.footprint_m2,
             max_height_m: object.max_height_m,
             centroid_m: object.centroid_m.into(),
@@ -45,6 +48,7 @@ impl From<Object> for RawObject {
                 Kind::Ring => "ring",
                 Kind::RingLevel => "ring level",
                 Kind::Ground => "ground",
+                Kind::Given => "given",
             },
             reason: object.reason.map(|reason| match reason {
                 Reason::SteepSides => "steep sides",
@@ -72,31 +76,81 @@ pub(crate) fn pieces<'py>(
     py.detach(|| piles::pieces(&grid, &labels, gap, fewest)).into_pyarray(py)
 }
 
-fn grid((rows, columns): (usize, usize), origin_m: [f64; 2], cell_m: f64) -> Grid {
+pub(crate) fn grid((rows, columns): (usize, usize), origin_m: [f64; 2], cell_m: f64) -> Grid {
     Grid { origin_m, cell_m, columns, rows }
 }
 
+/// A height map, copied while attached.
+struct Map {
+    grid: Grid,
+    heights_m: Vec<f64>,
+}
+
+impl Map {
+    fn new(heights_m: &PyReadonlyArray2<'_, f64>, origin_m: [f64; 2], cell_m: f64) -> Self {
+        let heights = heights_m.as_array();
+        Self {
+            grid: grid(heights.dim(), origin_m, cell_m),
+            heights_m: heights.iter().copied().collect(),
+        }
+    }
+}
+
+/// Width of the ring by object size, margin, ground (height, noise, uncertainty), and the bases:
+/// the one in force, then those to compare; none of its own for a local one.
+type Measuring<'py> = (f64, f64, (f64, f64, f64), Vec<Option<PyRef<'py, RawBase>>>);
+
+fn settings(toe_cells: u32, (ring_share, margin_m, ground, bases): Measuring<'_>) -> Settings {
+    let ground = Base::ground(ground.0, ground.1, ground.2);
+    let mut bases = bases.into_iter().map(|base| base.map(|base| base.0.clone()));
+    let base = bases.next().flatten();
+    Settings { toe_cells, ring_share, margin_m, base, compared: bases.collect(), ground }
+}
+
+/// Objects, and the base below each cell that was measured.
+type Measured<'py> = (Vec<RawObject>, Bound<'py, PyArray2<f64>>);
+
+fn measured<'py>(
+    py: Python<'py>,
+    map: &Map,
+    measure: impl Fn() -> divespot_core::Result<Vec<Object>> + Sync,
+) -> PyResult<Measured<'py>> {
+    let (objects, base_m) = py
+        .detach(|| measure().map(|objects| (piles::base_map(&map.grid, &objects), objects)))
+        .map(|(base_m, objects)| (objects, base_m))
+        .map_err(raise)?;
+    let base_m = base_m.into_pyarray(py).reshape([map.grid.rows, map.grid.columns])?;
+    Ok((objects.into_iter().map(RawObject::from).collect(), base_m))
+}
+
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // the map's parts and the settings, named in Python
-pub(crate) fn measure_objects(
-    py: Python<'_>,
-    heights_m: PyReadonlyArray2<'_, f64>,
+pub(crate) fn measure_objects<'py>(
+    py: Python<'py>,
+    heights_m: PyReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
-    labels: PyReadonlyArray1<'_, i32>,
+    labels: PyReadonlyArray1<'py, i32>,
     toe_cells: u32,
-    ring_share: f64,
-    margin_m: f64,
-    ground: (f64, f64, f64),
-    local: bool,
-) -> PyResult<Vec<RawObject>> {
-    let grid = grid(heights_m.as_array().dim(), origin_m, cell_m);
-    let heights: Vec<f64> = heights_m.as_array().iter().copied().collect();
+    measuring: Measuring<'py>,
+) -> PyResult<Measured<'py>> {
+    let map = Map::new(&heights_m, origin_m, cell_m);
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
-    let ground = Base::ground(ground.0, ground.1, ground.2);
-    let base = (!local).then(|| ground.clone());
-    let settings = Settings { toe_cells, ring_share, margin_m, base, ground };
-    let objects =
-        py.detach(|| piles::measure(&grid, &heights, &labels, &settings)).map_err(raise)?;
-    Ok(objects.into_iter().map(RawObject::from).collect())
+    let settings = settings(toe_cells, measuring);
+    measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &labels, &settings))
+}
+
+/// As `measure_objects`, inside outlines; those of a region first go around it, then its holes.
+#[pyfunction]
+pub(crate) fn measure_inside<'py>(
+    py: Python<'py>,
+    heights_m: PyReadonlyArray2<'py, f64>,
+    origin_m: [f64; 2],
+    cell_m: f64,
+    regions: Vec<Vec<Vec<[f64; 2]>>>,
+    measuring: Measuring<'py>,
+) -> PyResult<Measured<'py>> {
+    let map = Map::new(&heights_m, origin_m, cell_m);
+    let regions: Vec<Region> = regions.into_iter().map(|rings| Region { rings }).collect();
+    let settings = settings(0, measuring);
+    measured(py, &map, || piles::measure_inside(&map.grid, &map.heights_m, &regions, &settings))
 }

@@ -1,12 +1,16 @@
 //! The surface that an object stands on: a smooth one through the ground around it.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::film::Film;
+use super::statistics::{median, scale};
+use super::surface::Surface;
 use crate::heightmap::Grid;
 
 /// Fewer cells than this carry no plane of their own.
-const FEWEST: usize = 12;
+pub(crate) const FEWEST: usize = 12;
 /// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
 const FEWEST_SECTORS: usize = 10;
 /// Sectors around an object whose levels tell how far the ground wavers.
@@ -19,7 +23,7 @@ const REACH: f64 = 4.685;
 const ROUNDS: usize = 10;
 
 /// A base and how well it is known: a plane `level_m + tilt · (p - center)`, and a film over it
-/// that follows the ground where it leaves the plane.
+/// that follows the ground where it leaves the plane; or a surface that was given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Where `level_m` holds.
@@ -35,6 +39,7 @@ pub struct Base {
     /// What the base rests on.
     pub kind: Kind,
     film: Option<Film>,
+    surface: Option<Arc<Surface>>,
 }
 
 /// What a base rests on.
@@ -44,29 +49,63 @@ pub enum Kind {
     Ring,
     /// The ring's height with the whole ground's tilt: the ring was seen on one side only.
     RingLevel,
-    /// The ground's height in the whole scan.
+    /// The ground's height in the whole scan, or another surface that is meant to be the ground.
     Ground,
+    /// A height that was given, whatever the ground around the object is like.
+    Given,
 }
 
 impl Base {
     /// A level base that is the same for every object.
     #[must_use]
     pub fn ground(level_m: f64, noise_m: f64, u_level_m: f64) -> Self {
-        Self {
-            center_m: [0.0; 2],
-            level_m,
-            tilt: [0.0; 2],
-            noise_m,
-            u_level_m,
-            kind: Kind::Ground,
-            film: None,
-        }
+        Self::plane(level_m, [0.0; 2], noise_m, u_level_m, Kind::Ground)
+    }
+
+    /// A plane, `level_m` high at (0, 0), that is the same for every object.
+    #[must_use]
+    pub fn plane(level_m: f64, tilt: [f64; 2], noise_m: f64, u_level_m: f64, kind: Kind) -> Self {
+        let center_m = [0.0; 2];
+        Self { center_m, level_m, tilt, noise_m, u_level_m, kind, film: None, surface: None }
+    }
+
+    /// A surface that was given; `noise_m` is that of the scan which is held against it.
+    #[must_use]
+    pub fn on(surface: Surface, noise_m: f64) -> Self {
+        let noise_m = noise_m.hypot(surface.noise_m);
+        let level = Self::ground(0.0, noise_m, 0.0);
+        Self { surface: Some(Arc::new(surface)), ..level }
     }
 
     /// The base's height.
     #[must_use]
     pub fn at(&self, p: [f64; 2]) -> f64 {
-        self.plane_at(p) + self.film.as_ref().map_or(0.0, |film| film.at(p))
+        let surface = self.surface.as_ref().map_or(0.0, |surface| surface.at(p));
+        self.plane_at(p) + self.film.as_ref().map_or(0.0, |film| film.at(p)) + surface
+    }
+
+    /// Whether the base rests on what was seen or given at a place of the height map.
+    #[must_use]
+    pub fn is_known(&self, p: [f64; 2]) -> bool {
+        self.surface.as_ref().is_none_or(|surface| surface.is_known(p))
+    }
+
+    /// Standard uncertainty of the base at a place that nobody saw, beside that of its level.
+    pub(crate) fn u_unknown_m(&self, p: [f64; 2]) -> f64 {
+        self.surface.as_ref().map_or(0.0, |surface| surface.u_unknown_m(p))
+    }
+
+    /// The base of one object, with its level as uncertain as the ground around the object shows:
+    /// what all objects share may be off at any of them.
+    pub(crate) fn held_against(self, center_m: [f64; 2], ring: &[[f64; 3]]) -> Self {
+        if self.kind != Kind::Ground || ring.len() < FEWEST {
+            return self;
+        }
+        let off =
+            |p: &[f64; 3]| [p[0] - center_m[0], p[1] - center_m[1], p[2] - self.at([p[0], p[1]])];
+        let local: Vec<[f64; 3]> = ring.iter().map(off).collect();
+        let levels = sector_medians(&local, |p| p[2]).iter().map(|level| level.abs()).collect();
+        Self { u_level_m: self.u_level_m.max(median(levels)), ..self }
     }
 
     fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
@@ -109,6 +148,7 @@ impl Base {
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
             film: None,
+            surface: None,
         })
     }
 }
@@ -156,19 +196,6 @@ fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64>
         sectors[sector].push(of(p));
     }
     sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
-}
-
-/// Standard deviation of normal values, from the median of their sizes.
-fn scale(off: &[f64]) -> f64 {
-    1.4826 * median(off.iter().map(|r| r.abs()).collect())
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

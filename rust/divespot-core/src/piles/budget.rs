@@ -37,16 +37,19 @@ impl Budget {
     /// `filled` with the gaps closed.
     pub(crate) fn of(patch: &Patch, base: &Base, above: &[f64], filled: &[f64], toe: u32) -> Self {
         let area = patch.grid.cell_m * patch.grid.cell_m;
-        let held: Vec<usize> = patch.cells(Zone::Core).chain(patch.cells(Zone::Toe)).collect();
-        let sum = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() * area;
-        let cells = to_f64(held.len());
-        let gaps = held.iter().filter(|&&c| above[c].is_nan()).map(|&c| filled[c]);
+        let held: Vec<usize> = patch.held().collect();
+        let share = |cell: usize| patch.part(cell).share;
+        let sum = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a, b| a + b) * area;
+        let cells: f64 = held.iter().map(|&c| share(c)).sum();
+        let squares: f64 = held.iter().map(|&c| share(c) * share(c)).sum();
+        let gaps = held.iter().filter(|&&c| above[c].is_nan()).map(|&c| share(c) * filled[c]);
+        let unknown = held.iter().map(|&c| share(c) * base.u_unknown_m(patch.grid.center(c)));
         // The toe is a few cells wide: its volume spread over them is what one more would hold.
         let toe_m3 = sum(&mut patch.cells(Zone::Toe).map(|c| filled[c]));
-        let curvature = held.iter().map(|&c| laplacian(patch, filled, c));
+        let curvature = held.iter().map(|&c| share(c) * laplacian(patch, filled, c));
         Self {
-            noise_m3: cells.sqrt() * area * base.noise_m,
-            base_m3: cells * area * base.u_level_m,
+            noise_m3: squares.sqrt() * area * base.noise_m,
+            base_m3: (cells * area * base.u_level_m).hypot(sum(&mut unknown.into_iter())),
             footprint_m3: 0.5 * toe_m3.abs() / f64::from(toe.max(1)),
             filled_m3: FILLED * sum(&mut gaps.map(f64::abs)),
             grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
@@ -59,9 +62,4 @@ fn laplacian(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
     let four = [(1, 0), (-1, 0), (0, 1), (0, -1)];
     let around = four.into_iter().filter_map(|(dx, dy)| patch.grid.neighbor(cell, dx, dy));
     around.map(|n| filled[n] - filled[cell]).filter(|d| !d.is_nan()).sum()
-}
-
-#[allow(clippy::cast_precision_loss)] // counts of cells
-fn to_f64(n: usize) -> f64 {
-    n as f64
 }

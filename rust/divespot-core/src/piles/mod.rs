@@ -10,18 +10,24 @@ mod film;
 mod outline;
 mod patch;
 mod pieces;
+mod region;
 mod shape;
+mod statistics;
+mod surface;
 mod territory;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
 use pieces::flow_down;
 pub use pieces::pieces;
+pub use region::{Region, Ring, measure_inside};
 pub use shape::Reason;
+pub use surface::Surface;
 
 use crate::error::{Error, Result};
 use crate::heightmap::{Grid, Volume, integrate};
-use patch::{Patch, Reach, Scene, Zone, flood};
+use patch::{Patch, Reach, Scene, Zone};
+use region::part_height;
 use territory::Territory;
 
 /// How objects are measured.
@@ -36,6 +42,8 @@ pub struct Settings {
     pub margin_m: f64,
     /// The base of every object; `None` for a smooth surface through the ring around each.
     pub base: Option<Base>,
+    /// Further bases whose volumes are wanted for comparison.
+    pub compared: Vec<Option<Base>>,
     /// The base where a ring says nothing.
     pub ground: Base,
 }
@@ -47,6 +55,8 @@ pub struct Object {
     pub label: i32,
     /// Volume above and below the base.
     pub volume: Volume,
+    /// Volumes above the bases that are compared.
+    pub compared_m3: Vec<f64>,
     /// Its uncertainty.
     pub budget: Budget,
     /// The base.
@@ -59,6 +69,8 @@ pub struct Object {
     pub centroid_m: [f64; 3],
     /// The footprint's outline at the base, counter-clockwise.
     pub outline_m: Vec<[f64; 3]>,
+    /// The base in the middle of every cell that was measured.
+    pub base_m: Vec<[f64; 3]>,
     /// Share of the footprint's cells that were seen.
     pub seen_fraction: f64,
     /// Whether the object runs out of what was seen.
@@ -84,18 +96,26 @@ pub fn measure(
     labels: &[i32],
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    if labels.len() != grid.len() || heights_m.len() != grid.len() {
-        return Err(Error::Degenerate("one height and one label for each cell are needed"));
+    let scene = Scene::new(grid, heights_m)?;
+    if labels.len() != grid.len() {
+        return Err(Error::Degenerate("one label for each cell is needed"));
     }
-    let beyond = flood(grid, |cell| heights_m[cell].is_nan());
-    let scene = Scene { grid, heights_m, beyond: &beyond };
     let found = patches(&scene, labels, settings);
-    if settings.base.is_some() {
+    // Where no toe is wanted, an object is what was found (paper).
+    if settings.toe_cells == 0 {
         return Ok(found.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
     let whole = patches(&scene, &with_flanks(&scene, labels, &found, settings), settings);
     let pairs = found.iter().zip(&whole);
     Ok(pairs.map(|((n, found), (_, whole))| object(*n, found, whole, settings)).collect())
+}
+
+/// The base below every cell that was measured, NaN elsewhere.
+#[must_use]
+pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
+    let mut map = vec![f64::NAN; grid.len()];
+    objects.iter().flat_map(|o| &o.base_m).for_each(|p| map[grid.cell(p)] = p[2]);
+    map
 }
 
 /// The labels, and with them the cells that flow down from each object to the ground around it.
@@ -122,28 +142,59 @@ fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, 
 
 /// Measures `patch`, the object with its flanks; `found`, without them, tells whether it is a pile.
 fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Object {
-    let local = || ring_base(patch).unwrap_or_else(|| settings.ground.clone());
-    let base = settings.base.clone().unwrap_or_else(local);
+    let base = base_of(patch, settings.base.as_ref(), settings);
     let above = above_base(patch, &base);
     let filled = fill_gaps(patch, &above);
-    let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
-    let heights = (0..filled.len()).filter(|&cell| held(cell)).map(|cell| filled[cell]);
     let footprint = footprint(patch, &filled, settings.margin_m);
     let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
-    let seen = covered.iter().filter(|&&cell| !above[cell].is_nan()).count();
+    let share = |cells: &mut dyn Iterator<Item = &usize>| -> f64 {
+        cells.map(|&cell| patch.part(cell).share).sum()
+    };
+    let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
+    let whole = share(&mut covered.iter());
+    let compared = settings.compared.iter();
     Object {
         label,
-        volume: integrate(heights, patch.grid.cell_m),
+        volume: volume(patch, &filled),
+        compared_m3: compared.map(|base| compared_m3(patch, base.as_ref(), settings)).collect(),
         budget: Budget::of(patch, &base, &above, &filled, settings.toe_cells),
-        footprint_m2: to_f64(covered.len()) * patch.grid.cell_m * patch.grid.cell_m,
+        footprint_m2: whole * patch.grid.cell_m * patch.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
         centroid_m: centroid(patch, &base, &covered, &filled),
         outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
-        seen_fraction: to_f64(seen) / to_f64(covered.len().max(1)),
+        base_m: on_base(&base, patch.held().map(|cell| patch.grid.center(cell)).collect()),
+        seen_fraction: seen / whole.max(f64::MIN_POSITIVE),
         touches_edge: touches_edge(patch),
-        reason: shape::why_no_pile(found, &above_base(found, &base), settings.margin_m),
+        reason: reason(found, &base, settings),
         base,
     }
+}
+
+/// Why it is no pile, by its height above the ground around it, whatever base was asked for.
+fn reason(found: &Patch, local: &Base, settings: &Settings) -> Option<Reason> {
+    let around = || ring_plane(found).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+    let ground = if settings.base.is_none() { local.clone() } else { around() };
+    shape::why_no_pile(found, &above_base(found, &ground), settings.margin_m)
+}
+
+/// The base that was asked for, as it is below this object.
+fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> Base {
+    let Some(base) = wanted else {
+        return ring_base(patch).unwrap_or_else(|| settings.ground.clone());
+    };
+    let (center, ring) = ring(patch);
+    base.clone().held_against(center, &ring)
+}
+
+/// The volume of the cells that are held, above and below nought.
+fn volume(patch: &Patch, filled: &[f64]) -> Volume {
+    let part = |cell: usize| patch.part(cell).share * part_height(patch, filled, cell);
+    integrate(patch.held().map(part), patch.grid.cell_m)
+}
+
+fn compared_m3(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> f64 {
+    let above = above_base(patch, &base_of(patch, wanted, settings));
+    volume(patch, &fill_gaps(patch, &above)).net_m3()
 }
 
 fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
@@ -151,8 +202,8 @@ fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
     heights.map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
 }
 
-/// The plane through the ring of ground around an object, and the ring's cells.
-fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
+/// The middle of an object's core, and the seen cells of the ring of ground around it.
+fn ring(patch: &Patch) -> ([f64; 2], Vec<[f64; 3]>) {
     let core: Vec<[f64; 2]> = patch.cells(Zone::Core).map(|c| patch.grid.center(c)).collect();
     let mean = |k: usize| core.iter().map(|p| p[k]).sum::<f64>() / to_f64(core.len());
     let seen = patch.cells(Zone::Ring).filter(|&cell| !patch.heights_m[cell].is_nan());
@@ -160,8 +211,13 @@ fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
         let [x, y] = patch.grid.center(cell);
         [x, y, patch.heights_m[cell]]
     };
-    let ring: Vec<[f64; 3]> = seen.map(place).collect();
-    Some((Base::around([mean(0), mean(1)], &ring)?, ring))
+    ([mean(0), mean(1)], seen.map(place).collect())
+}
+
+/// The plane through the ring of ground around an object, and the ring's cells.
+fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
+    let (center, ring) = ring(patch);
+    Some((Base::around(center, &ring)?, ring))
 }
 
 fn ring_base(patch: &Patch) -> Option<Base> {
@@ -211,7 +267,7 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
     let clear =
         |cell: usize| mean_around(patch, filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
     let covers = |cell: usize| match patch.zones[cell] {
-        Zone::Core => true,
+        Zone::Core => patch.part(cell).share > 0.0,
         Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),
         Zone::Outside | Zone::Ring => false,
     };
@@ -221,9 +277,9 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
 fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
     let (mut weight, mut sum) = (0.0, [0.0; 3]);
     for &cell in covered {
-        let height = filled[cell].max(0.0);
+        let height = patch.part(cell).share * filled[cell].max(0.0);
         let [x, y] = patch.grid.center(cell);
-        let middle = [x, y, base.at([x, y]) + height / 2.0];
+        let middle = [x, y, base.at([x, y]) + filled[cell].max(0.0) / 2.0];
         weight += height;
         (0..3).for_each(|k| sum[k] += height * middle[k]);
     }

@@ -1,6 +1,8 @@
 //! The part of the height map around one object.
 
+use super::region::Part;
 use super::territory::{NOBODY, Territory};
+use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 
 /// What a cell is to the object.
@@ -25,6 +27,8 @@ pub(crate) struct Patch {
     pub(crate) beyond: Vec<bool>,
     /// Core cells on the edge of the whole map, whose toe is cut off.
     pub(crate) cut: usize,
+    /// The part of each cell that counts, where an outline runs through cells.
+    parts: Option<Vec<Part>>,
 }
 
 /// The whole height map.
@@ -32,7 +36,17 @@ pub(crate) struct Scene<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) heights_m: &'a [f64],
     /// Unseen cells that are joined to the map's edge.
-    pub(crate) beyond: &'a [bool],
+    pub(crate) beyond: Vec<bool>,
+}
+
+impl<'a> Scene<'a> {
+    /// The scene of a height map with one height a cell.
+    pub(crate) fn new(grid: &'a Grid, heights_m: &'a [f64]) -> Result<Self> {
+        if heights_m.len() != grid.len() {
+            return Err(Error::Degenerate("one height for each cell is needed"));
+        }
+        Ok(Self { grid, heights_m, beyond: flood(grid, |cell| heights_m[cell].is_nan()) })
+    }
 }
 
 /// How far the zones reach from an object's core, in steps.
@@ -98,7 +112,28 @@ impl Patch {
             cut: core.filter(|(cell, _)| scene.grid.is_border(**cell)).count(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
+            parts: None,
         }
+    }
+
+    /// Lets only a part of each cell count, by the cell's middle.
+    pub(crate) fn count_parts(&mut self, part: impl Fn([f64; 2]) -> Part) {
+        let cells = 0..self.zones.len();
+        self.parts = Some(cells.map(|cell| part(self.grid.center(cell))).collect());
+    }
+
+    /// The part of a cell that counts.
+    pub(crate) fn part(&self, cell: usize) -> Part {
+        match (&self.parts, self.zones[cell]) {
+            (Some(parts), _) => parts[cell],
+            (None, Zone::Core | Zone::Toe) => Part::WHOLE,
+            (None, Zone::Ring | Zone::Outside) => Part::default(),
+        }
+    }
+
+    /// The cells of which something counts.
+    pub(crate) fn held(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.zones.len()).filter(|&cell| self.part(cell).share > 0.0)
     }
 
     /// Cells that the core encloses belong to it, seen or not, unless they are another object's.

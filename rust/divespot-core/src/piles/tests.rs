@@ -16,7 +16,7 @@ fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
 
 fn settings() -> Settings {
     let ground = Base::ground(0.0, 0.0, 0.0);
-    Settings { toe_cells: 4, ring_share: 0.2, margin_m: 0.03, base: None, ground }
+    Settings { toe_cells: 4, ring_share: 0.2, margin_m: 0.03, base: None, compared: vec![], ground }
 }
 
 fn cone(x: f64, y: f64) -> f64 {
@@ -113,4 +113,95 @@ fn labels_must_match_the_map_and_may_name_nothing() {
             .unwrap()
             .is_empty()
     );
+}
+
+fn ring(corners: &[[f64; 2]]) -> Region {
+    Region { rings: vec![corners.to_vec()] }
+}
+
+#[test]
+fn an_outline_cuts_a_wedge_where_it_runs() {
+    let wedge = |x: f64, _: f64| 0.25 * x;
+    let map = map(wedge);
+    let square = ring(&[[2.03, 1.07], [5.51, 1.07], [5.51, 4.99], [2.03, 4.99]]);
+    let level = Base::ground(0.0, 0.0, 0.0);
+    let settings = Settings { base: Some(level), ..settings() };
+    let object = measure_inside(&map.grid, &map.heights_m, &[square], &settings).unwrap().remove(0);
+    let truth = 0.125 * (5.51_f64.powi(2) - 2.03_f64.powi(2)) * 3.92;
+    assert!((object.volume.net_m3() / truth - 1.0).abs() < 1e-9, "{object:?}");
+    assert!((object.footprint_m2 - 3.48 * 3.92).abs() < 1e-9);
+    assert!(!object.touches_edge && object.reason.is_none() && object.outline_m.len() == 4);
+}
+
+#[test]
+fn the_base_of_an_outline_rests_on_the_ring_outside_and_a_hole_stays_one() {
+    let map = map(|x, y| cone(x, y) + 1.0 + 0.03 * x);
+    let mut region = ring(&[[2.5, 1.5], [5.5, 1.5], [5.5, 4.5], [2.5, 4.5]]);
+    let found = |region: &Region| {
+        let regions = std::slice::from_ref(region);
+        measure_inside(&map.grid, &map.heights_m, regions, &settings()).unwrap().remove(0)
+    };
+    let whole = found(&region).volume.net_m3();
+    assert!((whole / CONE_M3 - 1.0).abs() < 2e-3, "{whole}");
+    region.rings.push(vec![[3.75, 2.75], [3.75, 3.25], [4.25, 3.25], [4.25, 2.75]]);
+    let holed = found(&region).volume.net_m3();
+    // Mean distance from the middle of a square of 0.5 m: 0.3826 times its edge.
+    let core = 0.25 * 0.5 * (1.2 - 0.5 * 0.382_6);
+    assert!(((whole - holed) / core - 1.0).abs() < 0.01, "{whole} {holed} {core}");
+}
+
+#[test]
+fn outlines_beyond_the_scan_are_refused_or_flagged() {
+    let map = map(cone);
+    let inside = |x0: f64, x1: f64| {
+        let region = ring(&[[x0, 2.0], [x1, 2.0], [x1, 4.0], [x0, 4.0]]);
+        measure_inside(&map.grid, &map.heights_m, &[region], &settings())
+    };
+    assert!(inside(20.0, 22.0).is_err());
+    let over = inside(6.0, 10.0).unwrap().remove(0);
+    assert!(over.touches_edge && (over.seen_fraction - 0.5).abs() < 0.01, "{over:?}");
+}
+
+#[test]
+fn bases_are_compared_and_what_all_share_is_held_against_the_ground_around() {
+    let map = map(|x, y| cone(x, y) + 0.02);
+    let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
+    let compared =
+        vec![None, Some(Base::ground(0.0, 0.0, 0.001)), Some(Base::ground(0.02, 0.0, 0.001))];
+    let settings = Settings { compared, base: Some(Base::ground(0.0, 0.0, 0.001)), ..settings() };
+    let object = measure(&map.grid, &map.heights_m, &labels, &settings).unwrap().remove(0);
+    let [local, low, level] = object.compared_m3[..] else { panic!("{object:?}") };
+    assert!((local - level).abs() < 1e-6 && low == object.volume.net_m3());
+    assert!((object.base.u_level_m - 0.02).abs() < 1e-9);
+    assert!(object.budget.base_m3 > 0.9 * (low - level));
+    let given = Base::plane(0.0, [0.0; 2], 0.0, 0.001, Kind::Given);
+    let settings = Settings { base: Some(given), ..settings };
+    let object = measure(&map.grid, &map.heights_m, &labels, &settings).unwrap().remove(0);
+    assert!((object.base.u_level_m - 0.001).abs() < 1e-12);
+    let below = base_map(&map.grid, &[object]);
+    assert!(below.iter().any(|b| b.is_nan()) && below.contains(&0.0));
+}
+
+#[test]
+fn an_earlier_surface_is_the_base_waves_and_all() {
+    let floor = |x: f64, y: f64| 0.05 * (1.5 * x).sin() + 0.02 * y;
+    let empty = map(floor);
+    let full = map(|x, y| cone(x, y) + floor(x, y));
+    let labels = labels(&full, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
+    let points: Vec<_> = (0..empty.grid.len())
+        .map(|cell| (empty.grid.center(cell), empty.heights_m[cell]))
+        .map(|([x, y], z)| [x, y, z])
+        .collect();
+    let volume = |points: &[crate::Point]| {
+        let base = Base::on(Surface::through(points, full.grid).unwrap(), 0.0);
+        let settings = Settings { base: Some(base), ..settings() };
+        measure(&full.grid, &full.heights_m, &labels, &settings).unwrap().remove(0)
+    };
+    let whole = volume(&points);
+    assert!((whole.volume.net_m3() / CONE_M3 - 1.0).abs() < 2e-3);
+    let hole = |p: &crate::Point| (p[0] - 4.0).hypot(p[1] - 3.0) < 0.5;
+    let holed = volume(&points.iter().filter(|p| !hole(p)).copied().collect::<Vec<_>>());
+    assert!(holed.budget.base_m3 > whole.budget.base_m3 + 0.001);
+    let off = (holed.volume.net_m3() - whole.volume.net_m3()).abs();
+    assert!(off < 2.0 * holed.budget.base_m3, "{off} {:?}", holed.budget);
 }

@@ -1,0 +1,242 @@
+"""What piles stand on: the ground around each, or one surface for all of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot import _native
+from divespot.base_name import PLAIN, BaseName
+from divespot.errors import DivespotError
+from divespot.filters import radius_filter
+from divespot.io import read, write
+from divespot.kernels import ground_height
+from divespot.pose import AXES, parse_up
+from divespot.settings import Settings, given
+from divespot.spacing import take_survey
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from divespot.frame import Frame
+    from divespot.grid import HeightMap
+    from divespot.objects import GroundLevel
+    from divespot.report import Report
+
+#: Beyond this angle to the ground's normal, a direction is no upward one.
+STEEPEST_DEG = 60.0
+
+#: A given surface that was not seen below more than this share of what stands on it is told of.
+UNSEEN_SHARE = 0.01
+
+#: Endings of files that keep every digit of a base.
+SAVED = (".ply", ".npy", ".xyz")
+
+
+@dataclass(frozen=True)
+class Bases:
+    """The base in force, and those that are compared with it; None is a local one."""
+
+    chosen: _native.RawBase | None
+    compared: dict[str, _native.RawBase | None]
+
+    def raw(self) -> list[_native.RawBase | None]:
+        """Return all of them as the kernel takes them, the one in force first."""
+        return [self.chosen, *self.compared.values()]
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """What a base follows from."""
+
+    grid: HeightMap
+    ground: GroundLevel
+    frame: Frame
+    settings: Settings
+    warn: Callable[[str], None]
+
+    def make(self, text: str) -> _native.RawBase | None:
+        name = BaseName.parse(text)
+        if name is None or name.kind == "local":
+            return None
+        if name.kind == "surface":
+            return self._surface(name.path)
+        if name.kind == "height":
+            return self._level_to_up(text, name.height)
+        return self._plane(self._level_m(text, name), (0.0, 0.0))
+
+    def _level_m(self, text: str, name: BaseName) -> float:
+        """Return the height in the level frame of a base along the ground."""
+        if name.kind == "camera-height":
+            normal, offset_m = self.frame.pose.plane.normal, self.frame.pose.plane.offset_m
+            sensor_m = -float(np.dot(normal, self.frame.origin_m)) - offset_m
+            return self._checked(text, sensor_m - name.height * self.frame.metres)
+        return 0.0 if name.kind == "plane" else peak_m(self.grid, name.kind, self.settings)
+
+    def _level_to_up(self, text: str, height: float) -> _native.RawBase:
+        """Return the plane ``up @ p == height``, `p` in the scan's own frame and unit."""
+        rotation = self.frame.pose.rotation
+        up = _up(rotation[2], self.settings.up)
+        x, y, z = (rotation @ up).tolist()
+        if z < math.cos(math.radians(STEEPEST_DEG)):
+            raise DivespotError(
+                f"base is {text!r}: the ground lies {math.degrees(math.acos(z)):.0f}° from level "
+                f"to up, at most {STEEPEST_DEG:.0f}° is needed"
+            )
+        above_m = height * self.frame.metres - float(np.dot(up, self.frame.origin_m))
+        level_m = above_m / z - self.frame.pose.plane.offset_m
+        middle = [0.5 * float(v.min() + v.max()) for v in self.grid.centers_m()]
+        self._checked(text, level_m - (x * middle[0] + y * middle[1]) / z)
+        return self._plane(level_m, (-x / z, -y / z), given_height=True)
+
+    def _checked(self, text: str, level_m: float) -> float:
+        """Return a height unless it lies farther from the ground than the scan is large."""
+        off_m = level_m - self.ground.height_m
+        size_m = self.grid.cell_m * math.hypot(*self.grid.heights_m.shape)
+        if abs(off_m) > size_m:
+            side = "above" if off_m > 0.0 else "below"
+            raise DivespotError(
+                f"base is {text!r}: that is {abs(off_m):.3g} m {side} the ground of a scan of "
+                f"{size_m:.3g} m, a height in the scan's own frame and unit is needed"
+            )
+        return level_m
+
+    def _plane(
+        self, level_m: float, tilt: tuple[float, float], *, given_height: bool = False
+    ) -> _native.RawBase:
+        noise = self.ground.noise_m
+        return _native.plane_base(level_m, tilt, noise, noise, given_height)
+
+    def _surface(self, path: str) -> _native.RawBase:
+        grid = self.grid
+        points = _surface_points(path, self.frame, self.settings)
+        shape = grid.heights_m.shape
+        try:
+            base = _native.surface_base(
+                points, shape, grid.origin_m, grid.cell_m, self.ground.noise_m
+            )
+        except DivespotError as error:
+            raise DivespotError(f"base surface={path}: {error}") from None
+        standing = grid.heights_m > self.ground.height_m + given(self.settings.margin_m)
+        unseen = np.isnan(base.over(shape, grid.origin_m, grid.cell_m))[standing]
+        if len(unseen) and unseen.mean() > UNSEEN_SHARE:
+            self.warn(
+                f"{path} shows nothing below {unseen.mean():.0%} of what stands on the ground: it "
+                "was interpolated there"
+            )
+        return base
+
+
+def find_bases(
+    grid: HeightMap,
+    ground: GroundLevel,
+    frame: Frame,
+    settings: Settings,
+    warn: Callable[[str], None],
+) -> Bases:
+    """Find the base that was asked for, and those to compare it with.
+
+    ``plane`` is the ground's plane as fitted; ``peak`` and ``midpeak`` are level with it, as high
+    as the histogram's peak and as the midpoint of its peaks (paper, "When the ground becomes
+    uneven"). ``camera-height=H`` lies `H` below the scan's origin, where the sensor is, along the
+    ground's normal (paper, Evaluation). ``height=H`` is the plane ``up @ p == H``, whatever the
+    ground's tilt; up is the setting's direction, or where it is auto the scan's axis nearest to
+    the ground's normal. ``surface=FILE`` is a scan of the empty floor or a saved base. `H` and
+    the file are in the scan's own frame and unit.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be read or shares no place with the scan, or a height lies far from it.
+
+    """
+    make = _Maker(grid, ground, frame, settings, warn).make
+    chosen = make(settings.base)
+    if not settings.compare_bases:
+        return Bases(chosen, {})
+    return Bases(chosen, {**{name: make(name) for name in PLAIN}, settings.base: chosen})
+
+
+def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
+    """Return the height of the histogram's peak, or of the middle of its peaks (``midpeak``)."""
+    return ground_height(
+        grid.heights_m[~np.isnan(grid.heights_m)],
+        bin_m=given(settings.bin_m),
+        window=settings.window,
+        rule="midpoint" if kind == "midpeak" else "lower",
+        lower_fraction=settings.lower_fraction,
+    )
+
+
+def _up(normal: NDArray[np.float64], up: str) -> NDArray[np.float64]:
+    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
+    asked = parse_up(up)
+    if asked is not None:
+        return np.asarray(np.array(asked) / np.linalg.norm(asked))
+    axes = np.array([*AXES.values()])
+    nearest = int(np.abs(normal).argmax())
+    return np.asarray(np.copysign(1.0, normal[nearest]) * axes[nearest])
+
+
+def _surface_points(path: str, frame: Frame, settings: Settings) -> NDArray[np.float64]:
+    """Read points into the level frame, strays removed as those of any scan."""
+    scan = read(path)
+    in_metres = scan.points if scan.unit_stated else scan.points * frame.metres
+    points, origin, _, _ = _native.seen(in_metres)
+    try:
+        own = Settings(min_neighbors=settings.min_neighbors, seed=settings.seed)
+        _, own = take_survey(points, own.changed(threads=settings.threads))
+        kept = points if settings.radius_m == 0.0 else radius_filter(points, own)
+    except DivespotError as error:
+        raise DivespotError(f"{path}: {error}") from None
+    return frame.pose.level(kept + (np.array(origin) - frame.origin_m), settings.threads)
+
+
+def whole_base(
+    grid: HeightMap,
+    ground: GroundLevel,
+    bases: Bases,
+    below_m: NDArray[np.float64],
+    settings: Settings,
+) -> NDArray[np.float64]:
+    """Return the base in force under the whole scene, NaN where nothing is known of it.
+
+    A local base is what was found below each object, `below_m`, and elsewhere the ground as it
+    was seen.
+    """
+    if bases.chosen is not None:
+        return bases.chosen.over(grid.heights_m.shape, grid.origin_m, grid.cell_m)
+    off = np.abs(grid.heights_m - ground.height_m)
+    seen = np.where(off <= given(settings.margin_m), grid.heights_m, np.nan)
+    return np.where(np.isnan(below_m), seen, below_m)
+
+
+def save_base(report: Report, path: str | os.PathLike[str]) -> None:
+    """Write the base in force, for ``base="surface=..."`` of later scans.
+
+    Parameters
+    ----------
+    report
+        What `divespot.measure` returned.
+    path
+        ``.ply``, ``.npy`` or ``.xyz``: a point in the middle of each cell, in the scan's own
+        frame and unit.
+
+    Raises
+    ------
+    DivespotError
+        Another ending, or the file cannot be written.
+
+    """
+    if not str(path).lower().endswith(SAVED):
+        raise DivespotError(f"{path}: a base is saved as one of {', '.join(SAVED)}")
+    level = report.level
+    x, y = level.height_map.centers_m()
+    places = np.stack([x, y, level.base_m], axis=-1)
+    write(path, level.frame.to_scan(places[~np.isnan(level.base_m)]))

@@ -1,0 +1,58 @@
+"""The way between the scan's own frame and unit and the level frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot.io import UNITS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.pose import Pose
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where the level frame lies in the scan.
+
+    Attributes
+    ----------
+    pose
+        How the ground lies in the cloud.
+    origin_m
+        Shape ``(3,)``: the cloud's origin in the scan, in metres.
+    unit
+        The unit of the scan's numbers.
+
+    """
+
+    pose: Pose
+    origin_m: NDArray[np.float64]
+    unit: str
+
+    @property
+    def metres(self) -> float:
+        """Metres in the scan's unit."""
+        return UNITS[self.unit]
+
+    def to_scan(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return places of the level frame, shape ``(..., 3)``, in the scan's frame and unit."""
+        return np.asarray((self.pose.restored(positions_m) + self.origin_m) / self.metres)
+
+    def to_level(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return places in the scan's frame and unit, shape ``(n, 3)``, in the level frame."""
+        return self.pose.level(positions * self.metres - self.origin_m, 1)
+
+    def plan_to_level(self, plan: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return x and y of the scan, shape ``(n, 2)``, as x and y of the level frame.
+
+        The scan's z axis through each place is followed to the ground's plane.
+        """
+        z = self.origin_m[2] / self.metres
+        at = self.to_level(np.column_stack([plan, np.full(len(plan), z)]))
+        along = self.pose.rotation[:, 2]
+        return np.asarray(at[:, :2] - at[:, 2:] / along[2] * along[:2])

@@ -1,0 +1,216 @@
+"""Outlines as GeoJSON: what to measure inside of, and what was found."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+    from divespot.frame import Frame
+    from divespot.report import Report
+
+#: With the ground's normal farther than this from the scan's z axis, x and y are no plan.
+PLAN_DEG = 45.0
+
+
+@dataclass(frozen=True)
+class Region:
+    """An area to measure inside of.
+
+    Attributes
+    ----------
+    name
+        What the file calls it; None where it does not.
+    rings
+        Lines of shape ``(n, 2)`` in the level frame, not closed, those around the area
+        counter-clockwise, its holes clockwise; the largest line first.
+
+    """
+
+    name: str | None
+    rings: tuple[NDArray[np.float64], ...]
+
+
+def read_regions(path: str, frame: Frame) -> list[Region]:
+    """Read Polygons and MultiPolygons, one region a feature.
+
+    x and y are those of the scan, in its unit. A third coordinate counts only where the scan's x
+    and y are no plan of its ground; then it is needed.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be read, holds no polygon or something else, or a line is not closed,
+        crosses itself or has no area.
+
+    """
+    try:
+        features = _features(json.loads(Path(path).read_bytes()))
+        return [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
+    except OSError as error:
+        raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:
+        raise DivespotError(f"{path}: is no JSON ({error})") from None
+    except DivespotError as error:
+        raise DivespotError(f"{path}: {error}") from None
+
+
+def _features(parsed: Any) -> list[tuple[str | None, Any]]:  # noqa: ANN401 - any JSON value
+    """Return name and geometry of everything in the file."""
+    kind = parsed.get("type") if isinstance(parsed, dict) else None
+    if kind == "Feature":
+        return [_named(parsed)]
+    if kind != "FeatureCollection":
+        return [(None, parsed)]
+    features = parsed.get("features")
+    if not isinstance(features, list) or not features:
+        raise DivespotError("it holds no feature: a Polygon or MultiPolygon is needed")
+    return [_named(feature) for feature in features]
+
+
+def _named(feature: Any) -> tuple[str | None, Any]:  # noqa: ANN401
+    if not isinstance(feature, dict):
+        return None, None
+    properties = feature.get("properties")
+    known = properties if isinstance(properties, dict) else {}
+    names = (known.get("name"), feature.get("id"), known.get("id"))
+    name = next((str(name) for name in names if isinstance(name, str | int)), None)
+    return name, feature.get("geometry")
+
+
+def _region(number: int, name: str | None, geometry: Any, frame: Frame) -> Region:  # noqa: ANN401
+    kind = geometry.get("type") if isinstance(geometry, dict) else None
+    what = f"outline {number}" + (f" ({name})" if name else "")
+    if kind not in ("Polygon", "MultiPolygon"):
+        raise DivespotError(f"{what} is {kind or 'no geometry'}: Polygon or MultiPolygon is needed")
+    coordinates = geometry.get("coordinates")
+    polygons = [coordinates] if kind == "Polygon" else coordinates
+    if not isinstance(polygons, list) or not polygons or not all(map(_is_filled, polygons)):
+        raise DivespotError(f"{what} has no lines: coordinates of a {kind} are needed")
+    try:
+        parts = [[_ring(line, frame) for line in polygon] for polygon in polygons]
+    except DivespotError as error:
+        raise DivespotError(f"{what} {error}") from None
+    rings = [_turned(ring, hole=i > 0) for part in parts for i, ring in enumerate(part)]
+    return Region(name, tuple(sorted(rings, key=_area, reverse=True)))
+
+
+def _is_filled(polygon: Any) -> bool:  # noqa: ANN401
+    return isinstance(polygon, list) and len(polygon) > 0
+
+
+def _ring(line: Any, frame: Frame) -> NDArray[np.float64]:  # noqa: ANN401
+    """Return a closed line's corners in the level frame, the last one not repeated."""
+    corners = _positions(line)
+    if len(corners) < 4 or (corners[0] != corners[-1]).any():
+        raise DivespotError("is not closed: four positions or more, the last the first, are needed")
+    ring = _in_plan(corners[:-1], frame)
+    ring = np.asarray(ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)])
+    _refuse_crossing(ring, corners)
+    if len(ring) < 3 or _area(ring) == 0.0:
+        raise DivespotError("has no area: three corners that are not on one line are needed")
+    return ring
+
+
+def _positions(line: Any) -> NDArray[np.float64]:  # noqa: ANN401
+    """Return positions as they are: two or three finite numbers each."""
+    rows = [row[:3] for row in line if isinstance(row, list)] if isinstance(line, list) else []
+    numbers = [v for row in rows for v in row if type(v) in (int, float)]
+    sizes = {len(row) for row in rows}
+    try:
+        flat = np.array(numbers, dtype=np.float64)
+    except OverflowError:
+        flat = np.array([math.inf])
+    whole = len(rows) == len(line if isinstance(line, list) else ()) > 0
+    if not whole or sizes not in ({2}, {3}) or flat.size != len(rows) * sizes.pop():
+        raise DivespotError("has no proper positions: two or three numbers each are needed")
+    if not np.isfinite(flat).all():
+        raise DivespotError("has a position that is not finite")
+    return flat.reshape(len(rows), -1)
+
+
+def _in_plan(corners: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
+    upright = abs(float(frame.pose.rotation[2, 2]))
+    if upright >= math.cos(math.radians(PLAN_DEG)):
+        return frame.plan_to_level(corners[:, :2])
+    if corners.shape[1] == 2:
+        raise DivespotError(
+            "has x and y only, but the ground's normal is "
+            f"{math.degrees(math.acos(upright)):.0f}° from the scan's z: x, y and z are needed"
+        )
+    return np.asarray(frame.to_level(corners)[:, :2])
+
+
+def _area(ring: NDArray[np.float64]) -> float:
+    """Return the area, positive if the line runs counter-clockwise."""
+    x, y = (ring - ring[0]).T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+
+
+def _turned(ring: NDArray[np.float64], *, hole: bool) -> NDArray[np.float64]:
+    return np.asarray(ring if (_area(ring) < 0.0) == hole else ring[::-1])
+
+
+def _refuse_crossing(ring: NDArray[np.float64], corners: NDArray[np.float64]) -> None:
+    """Refuse a line two of whose edges cross; edges may touch."""
+    a, b = ring, np.roll(ring, -1, axis=0)
+    for i in range(len(ring)):
+        sides = _side(a[i], b[i], a) * _side(a[i], b[i], b)
+        other = _side(a, b, a[i]) * _side(a, b, b[i])
+        if ((sides < 0.0) & (other < 0.0)).any():
+            place = ", ".join(f"{v:.10g}" for v in corners[i])
+            raise DivespotError(f"crosses itself after ({place}): a simple line is needed")
+
+
+def _side(
+    a: NDArray[np.float64], b: NDArray[np.float64], p: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return on which side of the line from `a` to `b` the places `p` lie."""
+    ab, ap = b - a, p - a
+    return np.asarray(np.sign(ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0]))
+
+
+def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
+    """Write the piles' outlines as GeoJSON, in the scan's own frame and unit.
+
+    Later scans may be measured inside of them: ``outline=path``.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be written.
+
+    """
+    features = [
+        {
+            "type": "Feature",
+            "id": pile.id,
+            "properties": {
+                "name": pile.name or f"pile {pile.id}",
+                "volume_m3": pile.volume_m3,
+                "u95_m3": pile.u95_m3,
+            },
+            "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
+        }
+        for pile in report.piles
+    ]
+    text = json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
+    try:
+        Path(path).write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise DivespotError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _closed(line: tuple[tuple[float, ...], ...]) -> list[list[float]]:
+    return [list(corner) for corner in (*line, *line[:1])]

@@ -1,0 +1,305 @@
+//! Measuring inside given outlines instead of finding objects.
+
+use super::patch::{Patch, Reach, Scene, Zone};
+use super::territory::{NOBODY, Territory};
+use super::{Object, Settings, object, on_base, to_f64};
+use crate::error::{Error, Result};
+use crate::heightmap::Grid;
+
+/// Labels of a region's cells and of those of all others.
+const OWN: i32 = 0;
+const OTHERS: i32 = 1;
+
+/// A closed line; its last corner is not its first again.
+pub type Ring = Vec<[f64; 2]>;
+
+/// Coverage may be off by this much from rounding.
+const ROUNDING: f64 = 1e-6;
+/// No heap is steeper than two in one; a step is an edge between two surfaces.
+const STEEPEST: f64 = 2.0;
+
+/// An area in plan: counter-clockwise lines around it, clockwise lines around its holes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Region {
+    /// The lines, the one to show as the outline first.
+    pub rings: Vec<Ring>,
+}
+
+/// The part of a cell that counts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Part {
+    /// Share of the cell's area.
+    pub(crate) share: f64,
+    /// From the cell's middle to the middle of that part.
+    pub(crate) off_m: [f64; 2],
+}
+
+impl Part {
+    pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2] };
+}
+
+impl Region {
+    /// The area of the region.
+    #[must_use]
+    pub fn area_m2(&self) -> f64 {
+        self.rings.iter().map(|ring| moments(ring, [0.0; 2])[0]).sum()
+    }
+
+    /// The cells that lie inside and the part of each that does, exactly: the lines are clipped to
+    /// its square.
+    fn parts(&self, grid: &Grid) -> Result<Vec<(usize, Part)>> {
+        let mut sums = vec![[0.0; 3]; grid.len()];
+        for ring in &self.rings {
+            add_moments(grid, ring, &mut sums);
+        }
+        let area = grid.cell_m * grid.cell_m;
+        if sums.iter().any(|s| !(-ROUNDING..=1.0 + ROUNDING).contains(&(s[0] / area))) {
+            return Err(Error::Degenerate(
+                "lines of an outline overlap, or a hole lies outside: an area that is covered \
+                 once is needed",
+            ));
+        }
+        let inside = sums.into_iter().enumerate().map(|(cell, sums)| (cell, part(sums, area)));
+        Ok(inside.filter(|(_, part)| part.share > 0.0).collect())
+    }
+}
+
+fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
+    let share = covered / area;
+    if share < ROUNDING {
+        return Part::default();
+    }
+    if share > 1.0 - ROUNDING {
+        return Part::WHOLE;
+    }
+    Part { share, off_m: [x / covered, y / covered] }
+}
+
+/// Adds what `ring` encloses of each cell: area, and moments about the cell's middle.
+fn add_moments(grid: &Grid, ring: &[[f64; 2]], sums: &mut [[f64; 3]]) {
+    let mut above = ring.to_vec();
+    for row in 0..grid.rows {
+        let (strip, rest) = split(above, 1, grid.origin_m[1] + to_f64(row + 1) * grid.cell_m);
+        above = rest;
+        // What lies before the first row or column belongs to no cell.
+        let strip = if row == 0 { split(strip, 1, grid.origin_m[1]).1 } else { strip };
+        let mut right = split(strip, 0, grid.origin_m[0]).1;
+        for column in 0..grid.columns {
+            if right.is_empty() {
+                break;
+            }
+            let edge = grid.origin_m[0] + to_f64(column + 1) * grid.cell_m;
+            let (piece, rest) = split(right, 0, edge);
+            right = rest;
+            let cell = row * grid.columns + column;
+            let found = moments(&piece, grid.center(cell));
+            (0..3).for_each(|k| sums[cell][k] += found[k]);
+        }
+    }
+}
+
+/// What lies below and what lies above `at` along an axis (Sutherland and Hodgman 1974). Pieces
+/// that are apart stay joined along the cut, there and back, which adds no area.
+fn split(ring: Ring, axis: usize, at: f64) -> (Ring, Ring) {
+    if ring.iter().all(|p| p[axis] >= at) {
+        return (Vec::new(), ring);
+    }
+    if ring.iter().all(|p| p[axis] <= at) {
+        return (ring, Vec::new());
+    }
+    let (mut below, mut above) = (Vec::new(), Vec::new());
+    for (i, &p) in ring.iter().enumerate() {
+        let q = ring[(i + 1) % ring.len()];
+        if p[axis] <= at {
+            below.push(p);
+        }
+        if p[axis] >= at {
+            above.push(p);
+        }
+        if (p[axis] - at) * (q[axis] - at) < 0.0 {
+            let share = (at - p[axis]) / (q[axis] - p[axis]);
+            let mut cut = [0, 1].map(|k| p[k] + share * (q[k] - p[k]));
+            cut[axis] = at;
+            below.push(cut);
+            above.push(cut);
+        }
+    }
+    (below, above)
+}
+
+/// Signed area inside a closed line and its first moments about `center`.
+fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for (p, q) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+        let [a, b] = [p, q].map(|p| [p[0] - center[0], p[1] - center[1]]);
+        let cross = a[0] * b[1] - b[0] * a[1];
+        sums[0] += cross / 2.0;
+        (0..2).for_each(|k| sums[k + 1] += cross * (a[k] + b[k]) / 6.0);
+    }
+    sums
+}
+
+/// The mean height above the base of the part of a cell that counts.
+///
+/// The slope between the neighbours carries the cell's height from its middle.
+pub(crate) fn part_height(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
+    let part = patch.part(cell);
+    let rise = |k: usize| {
+        if part.off_m[k] == 0.0 { 0.0 } else { part.off_m[k] * slope(patch, filled, cell, k) }
+    };
+    filled[cell] + rise(0) + rise(1)
+}
+
+fn slope(patch: &Patch, heights: &[f64], cell: usize, k: usize) -> f64 {
+    let next = |step: isize| {
+        let (dx, dy) = if k == 0 { (step, 0) } else { (0, step) };
+        patch.grid.neighbor(cell, dx, dy).map(|n| heights[n]).filter(|h| !h.is_nan())
+    };
+    let slope = match (next(-1), next(1)) {
+        (Some(a), Some(b)) => (b - a) / (2.0 * patch.grid.cell_m),
+        (Some(a), None) => (heights[cell] - a) / patch.grid.cell_m,
+        (None, Some(b)) => (b - heights[cell]) / patch.grid.cell_m,
+        (None, None) => 0.0,
+    };
+    if slope.abs() <= STEEPEST { slope } else { 0.0 }
+}
+
+/// Measures what lies inside each region, in their order; each is called a pile.
+///
+/// The local base of a region rests on the ring of ground just outside of it, as far as that is
+/// no other region.
+///
+/// # Errors
+///
+/// A number of heights that is not the number of cells, a region over which nothing was seen, or
+/// one whose lines overlap.
+pub fn measure_inside(
+    grid: &Grid,
+    heights_m: &[f64],
+    regions: &[Region],
+    settings: &Settings,
+) -> Result<Vec<Object>> {
+    let scene = Scene::new(grid, heights_m)?;
+    let parts: Vec<Vec<(usize, Part)>> =
+        regions.iter().map(|region| region.parts(grid)).collect::<Result<_>>()?;
+    let mut labels = vec![NOBODY; grid.len()];
+    parts.iter().flatten().for_each(|(cell, _)| labels[*cell] = OTHERS);
+    let settings = Settings { toe_cells: 0, ..settings.clone() };
+    let measured = (0i32..).zip(regions.iter().zip(&parts)).map(|(label, (region, parts))| {
+        let patch = patch(&scene, &labels, parts, &settings)?;
+        Ok(inside(label, region, &patch, &settings))
+    });
+    measured.collect()
+}
+
+/// The window around one region, among cells that are taken by any.
+fn patch(
+    scene: &Scene<'_>,
+    taken: &[i32],
+    parts: &[(usize, Part)],
+    settings: &Settings,
+) -> Result<Patch> {
+    if parts.iter().all(|(cell, _)| scene.heights_m[*cell].is_nan()) {
+        return Err(Error::Degenerate("an outline lies where the scan saw nothing"));
+    }
+    let mut labels = taken.to_vec();
+    let mut counts = vec![Part::default(); labels.len()];
+    for &(cell, part) in parts {
+        (labels[cell], counts[cell]) = (OWN, part);
+    }
+    let reach = Reach::each(&labels, 0, settings.ring_share);
+    let territory = Territory::grow(scene.grid, &labels, reach[0].ring);
+    let found = Patch::all(scene, &labels, &territory, &reach).into_iter().next();
+    let (_, mut patch) = found.ok_or(Error::Degenerate("an outline covers no cell"))?;
+    patch.count_parts(|[x, y]| counts[scene.grid.cell(&[x, y, 0.0])]);
+    Ok(patch)
+}
+
+/// The object inside a region: whatever it looks like, it is what was asked for.
+fn inside(label: i32, region: &Region, patch: &Patch, settings: &Settings) -> Object {
+    let object = object(label, patch, patch, settings);
+    let line = region.rings.first().cloned().unwrap_or_default();
+    let whole_m2 = region.area_m2().max(f64::MIN_POSITIVE);
+    let on_map = object.footprint_m2 / whole_m2;
+    let on_map = if on_map > 1.0 - ROUNDING { 1.0 } else { on_map };
+    let area = patch.grid.cell_m * patch.grid.cell_m;
+    let held = patch.cells(Zone::Core).filter(|&c| !patch.beyond[c]).map(|c| patch.part(c).share);
+    let within = held.sum::<f64>() * area / whole_m2;
+    Object {
+        outline_m: on_base(&object.base, line),
+        seen_fraction: object.seen_fraction * on_map,
+        touches_edge: within < 1.0 - super::CUT_OFF,
+        reason: None,
+        ..object
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: Grid = Grid { origin_m: [10.0, 20.0], cell_m: 0.5, columns: 12, rows: 10 };
+
+    fn rectangle([x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Ring {
+        vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+    }
+
+    fn covered(region: &Region) -> f64 {
+        region.parts(&GRID).unwrap().iter().map(|(_, part)| part.share).sum::<f64>() * 0.25
+    }
+
+    /// The first moment of what is covered, from the parts.
+    fn moment(region: &Region, k: usize) -> f64 {
+        let at = |(cell, part): &(usize, Part)| {
+            part.share * 0.25 * (GRID.center(*cell)[k] + part.off_m[k])
+        };
+        region.parts(&GRID).unwrap().iter().map(at).sum()
+    }
+
+    #[test]
+    fn what_is_covered_adds_up_to_the_area_and_its_moments() {
+        let star = |i: i32| (f64::from(i) * 0.628_318_5, if i % 2 == 0 { 2.1 } else { 0.7 });
+        let ring: Ring = (0..10)
+            .map(star)
+            .map(|(turn, r)| [13.0 + r * turn.cos(), 22.4 + r * turn.sin()])
+            .collect();
+        let mut hole = rectangle([12.9, 22.2], [13.3, 22.9]);
+        hole.reverse();
+        let region = Region { rings: vec![ring.clone(), hole.clone()] };
+        assert!((covered(&region) - region.area_m2()).abs() < 1e-9);
+        for k in 0..2 {
+            let whole = moments(&ring, [0.0; 2])[k + 1] + moments(&hole, [0.0; 2])[k + 1];
+            assert!((moment(&region, k) - whole).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_comb_that_falls_into_teeth_within_a_row_is_covered_exactly() {
+        let teeth =
+            (0..20).map(|i| [10.3 + 0.25 * f64::from(i), if i % 2 == 0 { 21.6 } else { 23.9 }]);
+        let ring: Ring = [[15.2, 20.1], [10.1, 20.1]].into_iter().chain(teeth).rev().collect();
+        let region = Region { rings: vec![ring] };
+        assert!(region.area_m2().abs() > 1.0);
+        let turned = Region { rings: vec![region.rings[0].iter().rev().copied().collect()] };
+        let right = if region.area_m2() > 0.0 { region } else { turned };
+        assert!((covered(&right) - right.area_m2()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn beyond_the_grid_nothing_is_covered() {
+        let over = Region { rings: vec![rectangle([9.0, 19.0], [11.25, 20.25])] };
+        assert!((covered(&over) - 1.25 * 0.25).abs() < 1e-12);
+        let around = Region { rings: vec![rectangle([0.0, 0.0], [99.0, 99.0])] };
+        assert!((covered(&around) - 30.0).abs() < 1e-9);
+        assert_eq!(covered(&Region { rings: vec![rectangle([0.0, 0.0], [5.0, 99.0])] }), 0.0);
+    }
+
+    #[test]
+    fn lines_that_overlap_are_refused() {
+        let twice =
+            vec![rectangle([11.0, 21.0], [13.0, 23.0]), rectangle([12.0, 22.0], [14.0, 24.0])];
+        assert!(Region { rings: twice }.parts(&GRID).is_err());
+        let bow = vec![[11.0, 21.0], [14.0, 21.0], [11.0, 24.0], [14.0, 24.0]];
+        assert!(Region { rings: vec![bow] }.parts(&GRID).is_err());
+    }
+}

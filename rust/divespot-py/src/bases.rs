@@ -1,0 +1,59 @@
+use divespot_core::piles::{Base, Kind, Surface};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::raise;
+use crate::piles::grid;
+use crate::points::{cloud, restored};
+
+/// What objects stand on, where it is not the ground around each.
+#[pyclass(frozen)]
+pub(crate) struct RawBase(pub(crate) Base);
+
+#[pymethods]
+impl RawBase {
+    /// The base in the middle of each cell, NaN where nothing is known of it.
+    fn over<'py>(
+        &self,
+        py: Python<'py>,
+        shape: (usize, usize),
+        origin_m: [f64; 2],
+        cell_m: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let grid = grid(shape, origin_m, cell_m);
+        let at = |p: [f64; 2]| if self.0.is_known(p) { self.0.at(p) } else { f64::NAN };
+        let base: Vec<f64> = (0..grid.len()).map(|cell| at(grid.center(cell))).collect();
+        base.into_pyarray(py).reshape([shape.0, shape.1])
+    }
+}
+
+/// A plane, `level_m` high at (0, 0) of the level frame; `given` says that it need not be the
+/// ground around the objects.
+#[pyfunction]
+pub(crate) fn plane_base(
+    level_m: f64,
+    tilt: [f64; 2],
+    noise_m: f64,
+    u_level_m: f64,
+    given: bool,
+) -> RawBase {
+    let kind = if given { Kind::Given } else { Kind::Ground };
+    RawBase(Base::plane(level_m, tilt, noise_m, u_level_m, kind))
+}
+
+/// The surface through points of the level frame.
+#[pyfunction]
+pub(crate) fn surface_base(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    shape: (usize, usize),
+    origin_m: [f64; 2],
+    cell_m: f64,
+    noise_m: f64,
+) -> PyResult<RawBase> {
+    let (cloud, _) = cloud(points)?;
+    let points = restored(cloud.origin, cloud.points);
+    let surface =
+        py.detach(|| Surface::through(&points, grid(shape, origin_m, cell_m))).map_err(raise)?;
+    Ok(RawBase(Base::on(surface, noise_m)))
+}
