@@ -75,8 +75,8 @@ def section(found: Found, plan: Plan) -> Section:
         "Compression",
         [
             (
-                f"The three shapes on 5.2 m², {counted(plan.side_rounds, 'scan')} each, thinned to the mean of "
-                "each voxel before they are measured. Simulated scans hold more points than the "
+                f"The three shapes on 5.2 m², {counted(plan.side_rounds, 'scan')} each, thinned to the "
+                "mean of each voxel before they are measured. Simulated scans hold more points than the "
                 "paper's at the coarsest edges, hence the other shares."
             ),
             _table(table),

@@ -82,12 +82,13 @@ def section(found: Found, plan: Plan) -> Section:
         "The ground by other means",
         [
             (
-                f"All 18 shapes, {counted(plan.side_rounds, 'scan')} each at {plan.side_density:g} of the full "
-                "number of points, in the frame of the camera's lens, which is "
+                f"All 18 shapes, {counted(plan.side_rounds, 'scan')} each at "
+                f"{plan.side_density:g} of the full number of points, in the frame of the camera's lens, which is "
                 f"{Camera().height_m} m above the ground and measures {1000 * BIAS_M:.0f} mm too far, "
                 "as a time-of-flight camera may. The first three columns are the paper's method with "
                 "its ground from the histogram's peak, the camera's height and the midpoint of the "
-                "peaks, with factors calibrated as for the shapes; the fourth is `Settings()`, whose base is the ground around each pile."
+                "peaks, with factors calibrated as for the shapes; the fourth is `Settings()`, whose base "
+                "is the ground around each pile."
             ),
             _areas(areas),
             f"Floors that are not one level, {len(ONE_OF_THREE)} of the shapes:",

@@ -164,9 +164,8 @@ def growth_picture(
         lines.append(Line(LABELS[method], sizes, y))
         lines.append(Line(f"exponent {slope:.2f}", sizes, fitted, dashed=True))
     chart = Chart("height of the cone in voxels", label, tuple(lines), log_x=True, log_y=True)
-    return Picture(
-        name, f"{label.split(' in ', maxsplit=1)[0].capitalize()} against size, log-log", chart
-    )
+    what = label.split(" in ", maxsplit=1)[0].capitalize()
+    return Picture(name, f"{what} against size, log-log", chart)
 
 
 EXPERIMENT = Experiment("growth", section, rounds=rounds)

@@ -104,8 +104,8 @@ def section(found: Found, plan: Plan) -> Section:
         "Volume methods",
         [
             (
-                f"The three shapes on 5.2 m² (0.335 m³ each), {counted(plan.side_rounds, 'scan')} each at "
-                f"{plan.side_density:g} of the full number of points. Each pile is found once by "
+                f"The three shapes on 5.2 m² (0.335 m³ each), "
+                f"{counted(plan.side_rounds, 'scan')} each at {plan.side_density:g} of the full number of points. Each pile is found once by "
                 "`Settings()`; every method then gets the same cells above the same base, so what "
                 "differs is the method alone. Errors are signed. Band: 2 %."
             ),
@@ -194,7 +194,7 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             not fits,
             f"within: {', '.join(fits) or 'none'}",
             "The surface is one mean height a cell here, so noise does not break the shape near "
-            "the right alpha; the right alpha still has to be known, and differs with the pile's height.",
+            "the right alpha; it still has to be known, and differs with the pile's height.",
         ),
         Finding(
             "the convex hull gives too much where a pile is not convex",

@@ -27,7 +27,6 @@ from divespot.reproduce.html import html
 from divespot.reproduce.page import counted, page
 from divespot.reproduce.plan import Plan
 from divespot.volume.geometry import spatial
-from divespot.reproduce.page import counted
 
 if TYPE_CHECKING:
     import os
@@ -150,7 +149,8 @@ def _introduction(plan: Plan) -> str:
     )
     return (
         f"Written by `divespot reproduce` of divespot {divespot.__version__}, seed {plan.seed}: "
-        f"{counted(plan.rounds, 'scan')} of each shape, {plan.side_rounds} in the other experiments."
+        f"{counted(plan.rounds, 'scan')} of each shape, "
+        f"{plan.side_rounds} in the other experiments."
         f"{densities} The paper is *DIVESPOT: Depth Integrated Volume Estimation of Pile of "
         "Things Based on Point Cloud*; its scans were never published, so all scans here are "
         "simulated, of piles whose volume is known exactly: a time-of-flight camera on a rail "

@@ -82,12 +82,12 @@ def section(found: Found, plan: Plan) -> Section:
         [
             (
                 f"Each shape is one simulated corn pile of exactly known volume, scanned "
-                f"{counted(plan.rounds, 'time')} with fresh noise and registration (the paper: 50 real scans of "
-                "real piles). `Settings()` is divespot as it is, without any factor. "
+                f"{counted(plan.rounds, 'time')} with fresh noise and registration (the "
+                "paper: 50 real scans of real piles). `Settings()` is divespot as it is, without any factor. "
                 "`Settings.paper()` is the paper's method with a compensation factor "
-                f"({told}), which this command calibrated on {calibrated} scans of other piles (seed "
-                f"{plan.other_seed}). u95 is the median expanded uncertainty that divespot reports, "
-                "held the share of the scans whose truth lies within it."
+                f"({told}), which this command calibrated on {calibrated} scans of other piles "
+                f"(seed {plan.other_seed}). u95 is the median expanded uncertainty that divespot "
+                "reports, held the share of the scans whose truth lies within it."
             ),
             _table(found_rows),
             "Mean errors by area:",

@@ -34,12 +34,13 @@ def alpha_shape(points_m: ArrayLike, alpha_m: float) -> float:
         not installed.
 
     """
+    largest_m = positive("alpha_m", alpha_m)
     volumes, radii = tetrahedra(points_m)
-    return float(volumes[radii <= positive("alpha_m", alpha_m)].sum())
+    return float(volumes[radii <= largest_m].sum())
 
 
 #: Share of the points' spacing by which they are shaken.
-SHAKEN = 0.01
+SHAKEN = 0.001
 
 
 def shaken(points_m: NDArray[np.float64]) -> NDArray[np.float64]:

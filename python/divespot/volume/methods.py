@@ -59,8 +59,9 @@ def by_method(
     """
     # No empty sphere inside a pile is larger than half of its height; twice that is on the safe
     # side of noise.
-    heights = [item.max_height_m for item in measured.objects if item.reason is None]
-    settings = settings.completed(alpha_m=max([grid.cell_m, *heights]))
+    piles = [item for item in measured.objects if item.reason is None] or measured.objects
+    highest = max([grid.cell_m, *(item.max_height_m for item in piles)])
+    settings = settings.completed(alpha_m=highest)
     if settings.method == "grid" or not measured.objects:
         return measured, settings
     warn(

@@ -40,14 +40,17 @@ def inner_voxels(points_m: ArrayLike, voxel_m: float) -> float:
     """
     heights = _columns(checked(points_m), positive("voxel_m", voxel_m))
     layers = int(heights.max(initial=0.0) / voxel_m) + 1
-    if heights.size * layers > MOST:
-        raise DivespotError(
-            f"voxel_m is {voxel_m}: that gives {heights.size * layers:,} voxels, a larger edge is "
-            "needed"
-        )
+    _check(heights.size * layers, voxel_m)
     middles = (np.arange(layers) + 0.5) * voxel_m
     inner = middles < heights[:, :, None]
     return float(np.count_nonzero(inner)) * voxel_m**3
+
+
+def _check(voxels: int, voxel_m: float) -> None:
+    if voxels > MOST:
+        raise DivespotError(
+            f"voxel_m is {voxel_m}: that gives {voxels:,} voxels or more, a larger edge is needed"
+        )
 
 
 def _columns(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.float64]:
@@ -58,8 +61,7 @@ def _columns(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.float6
     low = points_m[:, :2].min(axis=0)
     column = np.floor((points_m[:, :2] - low) / voxel_m + 0.5).astype(np.int64)
     rows, columns = column.max(axis=0) + 1
-    if rows * columns > MOST:
-        return np.zeros((rows, columns))
+    _check(int(rows) * int(columns), voxel_m)
     flat = column[:, 0] * columns + column[:, 1]
     count = np.bincount(flat, minlength=rows * columns)
     total = np.bincount(flat, points_m[:, 2], minlength=rows * columns)
