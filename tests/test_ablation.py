@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solids import SOLIDS, sampled
 
 import divespot
+from solids import SOLIDS, sampled
 
 CONE = sampled(SOLIDS["cone"])
 TRUTH = SOLIDS["cone"].volume_m3

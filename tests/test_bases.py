@@ -148,7 +148,7 @@ def test_where_the_earlier_scan_saw_nothing_is_said_and_paid_for(tmp_path: Path)
     hole = np.hypot(*floor().T[:2]) < 0.3
     base = saved(tmp_path, floor()[~hole])
     report = divespot.measure(heap(), base=base)
-    assert any("shows nothing below" in warning for warning in report.warnings)
+    assert any("the base shows nothing below" in warning for warning in report.warnings)
     found, whole = report.piles[0], pile(heap(), saved(tmp_path, floor(), "all.ply"))
     assert found.budget.base_m3 > 3 * whole.budget.base_m3
     assert abs(found.volume_m3 - CONE_M3) < found.u95_m3

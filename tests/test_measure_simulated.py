@@ -101,3 +101,23 @@ def test_the_seed_of_the_measurement_hardly_matters() -> None:
         for seed in range(3)
     ]
     assert np.ptp(volumes) < 0.01 * np.mean(volumes)
+
+
+def test_a_flank_that_nobody_saw_is_within_its_uncertainty() -> None:
+    truth, pile = taken("one-side").volume_m3, measured("one-side").piles[0]
+    assert pile.volume_m3 == pytest.approx(truth, rel=0.1)
+    assert abs(pile.volume_m3 - truth) < pile.u95_m3
+    assert 0.6 < pile.seen_fraction < 0.9
+    assert pile.budget.filled_m3 > 0.0
+
+
+@pytest.mark.parametrize(("kept", "within"), [(0.015, 0.02), (0.004, 0.03), (0.001, 0.08)])
+def test_few_points_are_enough(kept: float, within: float) -> None:
+    points = taken("shape-17").points
+    chosen = np.random.default_rng(5).choice(
+        len(points), round(10 * kept * len(points)), replace=False
+    )
+    report = divespot.measure(points[chosen])
+    assert report.settings.surface == "triangles"
+    truth = taken("shape-17").volume_m3
+    assert report.piles[0].volume_m3 == pytest.approx(truth, rel=within)

@@ -45,6 +45,7 @@ PILE_KEYS = [
     "outline_m",
     "seen_fraction",
     "touches_edge",
+    "leans_on_wall",
     "mass_kg",
     "u95_mass_kg",
     "base",
@@ -136,6 +137,7 @@ def test_volumes_are_cut_less_fill_and_masses_are_theirs() -> None:
         assert 0 < pile["u95_m3"] < 0.2 * pile["volume_m3"]
         assert 0 < pile["seen_fraction"] <= 1
         assert pile["touches_edge"] is False
+        assert pile["leans_on_wall"] is False
 
 
 def test_the_total_adds_up_with_an_uncertainty_between_both_sums() -> None:

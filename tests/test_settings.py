@@ -76,7 +76,9 @@ def test_settings_cannot_be_changed_afterwards() -> None:
 def test_the_paper_differs_by_settings_alone() -> None:
     paper = Settings.paper()
     changed = {n for n, v in asdict(paper).items() if v != getattr(Settings(), n)}
-    assert changed == {"scene_cluster", "voxel_m", "select", "base", "toe_m"}
+    assert changed == {
+        *("scene_cluster", "voxel_m", "surface", "ground_form", "select", "base", "toe_m")
+    }
     assert Settings.paper(seed=3) == replace(paper, seed=3)
     assert result(divespot.measure(CONE, paper)) == result(
         divespot.measure(CONE, **{name: getattr(paper, name) for name in changed})

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
-from solids import SOLIDS, STEP_M, raster, sampled
 
 import divespot
 from divespot import DivespotError
 from divespot.cli import main
 from divespot.volume import METHODS, alpha_shape, bodies_of, hull, inner_voxels, slices, tin
 from divespot.volume.body import inside
+from solids import SOLIDS, STEP_M, raster, sampled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -92,7 +92,7 @@ def test_a_concave_contour_holds_what_it_encloses() -> None:
 def test_the_alpha_shape_grows_with_alpha_up_to_the_hull() -> None:
     heap = sampled(SOLIDS["cone"], 2**-5)
     heap = heap[heap[:, 2] > 0]
-    heap = np.r_[heap, heap + [1.25, 0, 0]]
+    heap = np.r_[heap, heap + np.array([1.25, 0, 0])]
     volumes = [alpha_shape(heap, alpha) for alpha in (0.001, 0.05, 0.1, 0.2, 1.0, 1e9)]
     assert volumes == sorted(volumes)
     truth = 2 * SOLIDS["cone"].volume_m3

@@ -26,6 +26,7 @@ __all__ = [
     "seen",
     "surface_base",
     "survey",
+    "terrain",
     "voxel_downsample",
 ]
 
@@ -43,6 +44,9 @@ def hdbscan(
 def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...
+def terrain(
+    heights_m: NDArray[np.float64], cell_m: float, level_m: float, near_m: float
+) -> tuple[NDArray[np.float64], float, float]: ...
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
@@ -54,6 +58,7 @@ def ground_height(
 ) -> float: ...
 def seen(
     points: NDArray[Any],
+    threads: int,
 ) -> tuple[NDArray[np.float64], tuple[float, float, float], int, int]: ...
 def survey(
     points: NDArray[Any], seed: int, threads: int
@@ -92,7 +97,7 @@ class RawHeightMap:
     @property
     def origin_m(self) -> tuple[float, float]: ...
 
-def height_map(points: NDArray[Any], cell_m: float) -> RawHeightMap: ...
+def height_map(points: NDArray[Any], cell_m: float, triangulated: bool) -> RawHeightMap: ...
 def integrate(
     heights_above_base_m: NDArray[np.float64], cell_m: float
 ) -> tuple[float, float, float]: ...
@@ -121,6 +126,8 @@ class RawObject:
     @property
     def touches_edge(self) -> bool: ...
     @property
+    def leans_on_wall(self) -> bool: ...
+    @property
     def base(self) -> str: ...
     @property
     def reason(self) -> str | None: ...
@@ -147,22 +154,24 @@ def plane_base(
     level_m: float, tilt: Sequence[float], noise_m: float, u_level_m: float, given: bool
 ) -> RawBase: ...
 def surface_base(
-    points: NDArray[Any],
+    points: NDArray[np.float64],
     shape: tuple[int, ...],
     origin_m: Sequence[float],
     cell_m: float,
     noise_m: float,
 ) -> RawBase: ...
 
-_Measuring: TypeAlias = tuple[float, float, tuple[float, float, float], Sequence[RawBase | None]]
+_Measuring: TypeAlias = tuple[
+    int, float, float, tuple[float, float, float], Sequence[RawBase | None]
+]
 
 def measure_objects(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
     labels: NDArray[np.int32],
-    toe_cells: int,
     measuring: _Measuring,
+    points: NDArray[np.float64],
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def measure_inside(
     heights_m: NDArray[np.float64],

@@ -20,7 +20,6 @@ from divespot.spacing import take_survey
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -41,8 +40,9 @@ SAVED = (".ply", ".npy", ".xyz")
 
 @dataclass(frozen=True)
 class Bases:
-    """The base in force, and those that are compared with it; None is a local one."""
+    """The ground, the base in force, and those compared with it; None is a local one."""
 
+    ground: GroundLevel
     chosen: _native.RawBase | None
     compared: dict[str, _native.RawBase | None]
 
@@ -59,7 +59,6 @@ class _Maker:
     ground: GroundLevel
     frame: Frame
     settings: Settings
-    warn: Callable[[str], None]
 
     def make(self, text: str) -> _native.RawBase | None:
         name = BaseName.parse(text)
@@ -118,28 +117,14 @@ class _Maker:
         points = _surface_points(path, self.frame, self.settings)
         shape = grid.heights_m.shape
         try:
-            base = _native.surface_base(
+            return _native.surface_base(
                 points, shape, grid.origin_m, grid.cell_m, self.ground.noise_m
             )
         except DivespotError as error:
             raise DivespotError(f"base surface={path}: {error}") from None
-        standing = grid.heights_m > self.ground.height_m + given(self.settings.margin_m)
-        unseen = np.isnan(base.over(shape, grid.origin_m, grid.cell_m))[standing]
-        if len(unseen) and unseen.mean() > UNSEEN_SHARE:
-            self.warn(
-                f"{path} shows nothing below {unseen.mean():.0%} of what stands on the ground: it "
-                "was interpolated there"
-            )
-        return base
 
 
-def find_bases(
-    grid: HeightMap,
-    ground: GroundLevel,
-    frame: Frame,
-    settings: Settings,
-    warn: Callable[[str], None],
-) -> Bases:
+def find_bases(grid: HeightMap, ground: GroundLevel, frame: Frame, settings: Settings) -> Bases:
     """Find the base that was asked for, and those to compare it with.
 
     ``plane`` is the ground's plane as fitted; ``peak`` and ``midpeak`` are level with it, as high
@@ -156,11 +141,11 @@ def find_bases(
         The file cannot be read or shares no place with the scan, or a height lies far from it.
 
     """
-    make = _Maker(grid, ground, frame, settings, warn).make
+    make = _Maker(grid, ground, frame, settings).make
     chosen = make(settings.base)
     if not settings.compare_bases:
-        return Bases(chosen, {})
-    return Bases(chosen, {**{name: make(name) for name in PLAIN}, settings.base: chosen})
+        return Bases(ground, chosen, {})
+    return Bases(ground, chosen, {**{name: make(name) for name in PLAIN}, settings.base: chosen})
 
 
 def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
@@ -188,7 +173,7 @@ def _surface_points(path: str, frame: Frame, settings: Settings) -> NDArray[np.f
     """Read points into the level frame, strays removed as those of any scan."""
     scan = read(path)
     in_metres = scan.points if scan.unit_stated else scan.points * frame.metres
-    points, origin, _, _ = _native.seen(in_metres)
+    points, origin, _, _ = _native.seen(in_metres, settings.threads)
     try:
         own = Settings(min_neighbors=settings.min_neighbors, seed=settings.seed)
         _, own = take_survey(points, own.changed(threads=settings.threads))
@@ -200,7 +185,6 @@ def _surface_points(path: str, frame: Frame, settings: Settings) -> NDArray[np.f
 
 def whole_base(
     grid: HeightMap,
-    ground: GroundLevel,
     bases: Bases,
     below_m: NDArray[np.float64],
     settings: Settings,
@@ -212,9 +196,18 @@ def whole_base(
     """
     if bases.chosen is not None:
         return bases.chosen.over(grid.heights_m.shape, grid.origin_m, grid.cell_m)
-    off = np.abs(grid.heights_m - ground.height_m)
+    off = np.abs(grid.heights_m - bases.ground.surface_m)
     seen = np.where(off <= given(settings.margin_m), grid.heights_m, np.nan)
     return np.where(np.isnan(below_m), seen, below_m)
+
+
+def unknown(whole_m: NDArray[np.float64], below_m: NDArray[np.float64]) -> list[str]:
+    """Return a warning where much of what was measured stands on nothing that is known."""
+    share = np.isnan(whole_m[~np.isnan(below_m)])
+    if not len(share) or share.mean() <= UNSEEN_SHARE:
+        return []
+    what = f"the base shows nothing below {share.mean():.0%} of what was measured"
+    return [f"{what}: it was interpolated there"]
 
 
 def save_base(report: Report, path: str | os.PathLike[str]) -> None:

@@ -45,7 +45,7 @@ class HeightMap:
         return x, np.asarray(y0 + (rows + 0.5) * self.cell_m)
 
 
-def height_map(points: ArrayLike, cell_m: float) -> HeightMap:
+def height_map(points: ArrayLike, cell_m: float, *, triangulated: bool = False) -> HeightMap:
     """Average the points of each cell of a square grid in x and y.
 
     The mean height is carried from the mean position of a cell's points to its middle, along the
@@ -58,6 +58,11 @@ def height_map(points: ArrayLike, cell_m: float) -> HeightMap:
         Shape ``(n, 3)``, in metres.
     cell_m
         Edge of a cell.
+    triangulated
+        Average the linear surface between the points (a triangulated irregular network) instead:
+        right where points are few, or farther apart than cells, and for any density. A cell with
+        no point has a height too, unless it lies outside them all or in a hole that is wide for
+        the spacing around it.
 
     Raises
     ------
@@ -66,7 +71,7 @@ def height_map(points: ArrayLike, cell_m: float) -> HeightMap:
         the grid has more than 2**26 cells.
 
     """
-    raw = _native.height_map(as_floats("points", points), number("cell_m", cell_m))
+    raw = _native.height_map(as_floats("points", points), number("cell_m", cell_m), triangulated)
     return HeightMap(raw.heights_m, raw.counts, raw.relief_m, raw.origin_m, cell_m)
 
 

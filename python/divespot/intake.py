@@ -46,7 +46,7 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
 
     """
     scan = _scan(source, settings)
-    points, origin, nonfinite, zero = _native.seen(scan.points)
+    points, origin, nonfinite, zero = _native.seen(scan.points, settings.threads)
     if len(points) < FEWEST:
         raise DivespotError(
             f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "

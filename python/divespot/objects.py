@@ -43,23 +43,44 @@ LOOSE_SHARE = 0.25
 
 @dataclass(frozen=True)
 class GroundLevel:
-    """Height of the ground in the level frame and the spread of its cells."""
+    """Height of the ground in the level frame and the spread of its cells.
+
+    Attributes
+    ----------
+    height_m
+        The height of most of it.
+    noise_m
+        Standard deviation of its cells about `surface_m`.
+    surface_m
+        Shape ``(rows, columns)``: its height in each cell.
+
+    """
 
     height_m: float
     noise_m: float
+    surface_m: NDArray[np.float64]
 
 
 def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Settings]:
-    """Find the ground's height and noise, and the lengths that follow from them.
-
-    The noise is taken from the cells below the ground: those above may belong to a pile.
-    """
-    heights = grid.heights_m[~np.isnan(grid.heights_m)]
+    """Find the ground's height, surface and noise, and the lengths that follow from them."""
     height = peak_m(grid, settings.base, settings)
-    below = height - heights[heights < height]
-    near = below[below < 2.0 * given(settings.plane_threshold_m)]
+    find = _level if settings.ground_form == "level" else _surface
+    ground = find(grid, height, 2.0 * given(settings.plane_threshold_m))
+    return ground, settings.grounded(ground.noise_m)
+
+
+def _surface(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
+    """Return a gentle surface through the ground and beneath what stands on it."""
+    surface, noise, _ = _native.terrain(grid.heights_m, grid.cell_m, height_m, near_m)
+    return GroundLevel(height_m, noise, surface.reshape(grid.heights_m.shape))
+
+
+def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
+    """Return one height; its noise is that of the cells below: those above may be a pile's."""
+    below = height_m - grid.heights_m[grid.heights_m < height_m]
+    near = below[below < near_m]
     noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
-    return GroundLevel(height, noise), settings.grounded(noise)
+    return GroundLevel(height_m, noise, np.full(grid.heights_m.shape, height_m))
 
 
 def find_objects(
@@ -77,7 +98,7 @@ def find_objects(
     """
     heights = grid.heights_m.ravel()
     x, y = grid.centers_m()
-    above = np.flatnonzero(heights > ground.height_m + given(settings.margin_m))
+    above = np.flatnonzero(heights > ground.surface_m.ravel() + given(settings.margin_m))
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
     kept = _in_company(cells, settings)
     labels = np.full(len(heights), -1, dtype=np.int32)
@@ -147,17 +168,19 @@ class Measured:
 
 
 def measure_objects(
+    points: NDArray[np.float64],
     grid: HeightMap,
     labels: NDArray[np.int32],
-    ground: GroundLevel,
     bases: Bases,
     settings: Settings,
 ) -> Measured:
-    """Integrate each object above its base, its toe included."""
-    measuring = _measuring(ground, bases, settings)
-    steps = _steps(grid, settings.toe_m)
+    """Integrate each object above its base, its toe included.
+
+    Touching piles are parted; boxes end where the points on their flat top do.
+    """
+    measuring = _measuring(_steps(grid, settings.toe_m), bases, settings)
     found = _native.measure_objects(
-        grid.heights_m, grid.origin_m, grid.cell_m, labels, steps, measuring
+        grid.heights_m, grid.origin_m, grid.cell_m, labels, measuring, points
     )
     return Measured(*found, tuple(bases.compared))
 
@@ -165,13 +188,12 @@ def measure_objects(
 def measure_regions(
     grid: HeightMap,
     regions: Sequence[Region],
-    ground: GroundLevel,
     bases: Bases,
     settings: Settings,
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
-    measuring = _measuring(ground, bases, settings)
+    measuring = _measuring(0, bases, settings)
     try:
         found = _native.measure_inside(grid.heights_m, grid.origin_m, grid.cell_m, rings, measuring)
     except DivespotError as error:
@@ -180,10 +202,11 @@ def measure_regions(
 
 
 def _measuring(
-    ground: GroundLevel, bases: Bases, settings: Settings
-) -> tuple[float, float, tuple[float, float, float], list[_native.RawBase | None]]:
+    toe_cells: int, bases: Bases, settings: Settings
+) -> tuple[int, float, float, tuple[float, float, float], list[_native.RawBase | None]]:
+    ground = bases.ground
     level = (ground.height_m, ground.noise_m, ground.noise_m)
-    return settings.ring_share, given(settings.margin_m), level, bases.raw()
+    return toe_cells, settings.ring_share, given(settings.margin_m), level, bases.raw()
 
 
 def describe(
@@ -233,6 +256,7 @@ def _pile(raw: _native.RawObject, measured: Measured, frame: Frame, settings: Se
         outline_m=tuple(place(corner) for corner in raw.outline_m),
         seen_fraction=raw.seen_fraction,
         touches_edge=raw.touches_edge,
+        leans_on_wall=raw.leans_on_wall,
         mass_kg=mass,
         u95_mass_kg=None if u_mass is None else COVERAGE * u_mass,
         base=raw.base if settings.base == "local" else settings.base.partition("=")[0],
@@ -265,17 +289,31 @@ def doubts(
     share = pose.plane.inliers / points
     if share < FLAT_SHARE:
         found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
+    found += [
+        f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "
+        "its volume is an estimate and not in the total"
+        for item in others
+        if item.reason == "too little seen"
+    ]
     for pile in piles:
-        if pile.touches_edge:
-            found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
-        if pile.base == "ground":
-            found.append(f"pile {pile.id} has no ground of its own around it")
-        if settings.base != "local" and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
-            off_m = pile.budget.base_m3 / pile.footprint_m2
-            found.append(
-                f"the ground around pile {pile.id} lies about {off_m:.2g} m off the base "
-                f"{settings.base}: was another one meant?"
-            )
+        found += _doubts_of(pile, settings)
     if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
         found.append("the density was taken as exact: density_u_kg_m3 is its standard uncertainty")
+    return found
+
+
+def _doubts_of(pile: Pile, settings: Settings) -> list[str]:
+    found = []
+    if pile.touches_edge:
+        found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
+    if pile.base == "ground":
+        found.append(f"pile {pile.id} has no ground of its own around it")
+    # A height need not be the ground's.
+    own = settings.base == "local" or pile.base == "height"
+    if not own and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
+        off_m = pile.budget.base_m3 / pile.footprint_m2
+        found.append(
+            f"the ground around pile {pile.id} lies about {off_m:.2g} m off the base "
+            f"{settings.base}: was another one meant?"
+        )
     return found

@@ -195,9 +195,9 @@ def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
     features = [
         {
             "type": "Feature",
-            "id": pile.id,
             "properties": {
-                "name": pile.name or f"pile {pile.id}",
+                "name": pile.name,
+                "pile": pile.id,
                 "volume_m3": pile.volume_m3,
                 "u95_m3": pile.u95_m3,
             },

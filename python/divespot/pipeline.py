@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from divespot.bases import find_bases, whole_base
+from divespot.bases import find_bases, unknown, whole_base
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
 from divespot.grid import height_map
@@ -77,19 +77,20 @@ def measure(
     points = run("voxels", voxels, points, s)
     pose = run("pose", find_pose, points, scan, s)
     points = run("rotation", pose.level, points, s.threads)
-    grid = run("height map", height_map, points, given(s.cell_m))
+    triangulated = s.surface == "triangles"
+    grid = run("height map", height_map, points, given(s.cell_m), triangulated=triangulated)
     ground, s = run("ground", find_ground, grid, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit)
-    bases = run("base", find_bases, grid, ground, frame, s, run.warn)
+    bases = run("base", find_bases, grid, ground, frame, s)
     if s.outline is None:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
-        measured = run("volume", measure_objects, grid, labels, ground, bases, s)
+        measured = run("volume", measure_objects, points, grid, labels, bases, s)
     else:
         regions = run("outline", read_regions, s.outline, frame)
-        measured = run("volume", measure_regions, grid, regions, ground, bases, s)
+        measured = run("volume", measure_regions, grid, regions, bases, s)
     measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, s)
-    base_m = whole_base(grid, ground, bases, measured.base_m, s)
+    base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(
         source=cloud.source,
         piles=piles,
@@ -98,6 +99,11 @@ def measure(
         ground=ground_in_scan(pose, ground, cloud, len(points)),
         settings=s,
         timings_s=run.timings_s,
-        warnings=(*cloud.warnings, *run.warnings, *doubts(piles, others, pose, len(points), s)),
+        warnings=(
+            *cloud.warnings,
+            *run.warnings,
+            *unknown(base_m, measured.base_m),
+            *doubts(piles, others, pose, len(points), s),
+        ),
         level=Level(grid, ground.height_m, outlines(measured), base_m, frame),
     )

@@ -64,9 +64,10 @@ class Pile:
 
     `volume_m3` is `cut_m3` (above the base) less `fill_m3` (below it). `u95_m3` is the expanded
     uncertainty, twice the standard uncertainty that `budget` adds up to. `base` names what the
-    base rests on. `volume_by_base_m3` are the volumes above the bases that were compared, None
-    where none were. `name` is that of the outline, where one was given. `reason` says why the
-    object is no pile; None for a pile.
+    base rests on. A pile that `touches_edge` runs out of the scan; the walls of one that
+    `leans_on_wall` are not part of it. `volume_by_base_m3` are the volumes above the bases that
+    were compared, None where none were. `name` is that of the outline, where one was given.
+    `reason` says why the object is no pile; None for a pile.
     """
 
     id: int
@@ -80,6 +81,7 @@ class Pile:
     outline_m: tuple[Position, ...]
     seen_fraction: float
     touches_edge: bool
+    leans_on_wall: bool
     mass_kg: float | None
     u95_mass_kg: float | None
     base: str

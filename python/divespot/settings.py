@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
 FLATTEST_REPOSE_DEG = 15.0
 
+#: With fewer points than this a pile that takes up a hundredth of the scene has less than sixty: a
+#: mean over cells would leave it no shape.
+FEW_POINTS = 6_000
+
+#: Edge of the cells on which the triangles between few points are drawn, in point spacings.
+FINE = 1.0 / 3.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
@@ -44,10 +51,22 @@ class Settings:
     plane_threshold_m: float | None = positive("distance within which points support a plane")
     hypotheses: int = count("planes through three random points that are tried at most", 1000, 1)
     cell_m: float | None = positive("edge of a cell of the ground grid")
+    surface: Literal["auto", "cells", "triangles"] = choice(
+        "what the grid's heights are means of: the points in each cell, or the triangles between "
+        "them; auto: triangles where points are few or cells narrower than their spacing",
+        "auto",
+        "cells",
+        "triangles",
+    )
     bin_m: float | None = positive("height of a bin of the height histogram")
     window: int = count("bins of the histogram's moving average, an odd number", 5, 1)
     lower_fraction: float = positive(
         "part of the height range in which the ground lies", 0.5, most=1.0
+    )
+    ground_form: Literal["surface", "level"] = choice(
+        "what objects stand out of: the ground as a gentle surface, or the histogram's peak",
+        "surface",
+        "level",
     )
     margin_m: float | None = positive("height above the ground from which it is an object")
     fine_cluster: bool = flag(
@@ -112,7 +131,9 @@ class Settings:
         paper: dict[str, Any] = {
             "scene_cluster": True,
             "voxel_m": None,
+            "ground_form": "level",
             "select": "largest",
+            "surface": "cells",
             "base": "peak",
             "toe_m": 0.0,
         }
@@ -135,16 +156,19 @@ class Settings:
                 )
         return dataclasses.replace(self, **changes)
 
-    def resolved(self, survey: Survey) -> Settings:
-        """Return these settings with the lengths that follow from the cloud.
+    def resolved(self, survey: Survey, points: int) -> Settings:
+        """Return these settings with the lengths that follow from the cloud of so many points.
 
         A length is a multiple of the point spacing; of the roughness, where the sensor's noise
         is the coarser of the two.
         """
         spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
         roughness = _rounded(survey.roughness_m)
-        cell = 2.0 * spacing if self.cell_m is None else self.cell_m
+        few = points < FEW_POINTS and self.surface != "cells"
+        cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
+        fitting: Any = "triangles" if cell < spacing else "cells"
         return self.completed(
+            surface=fitting if self.surface == "auto" else self.surface,
             radius_m=4.0 * spacing,
             voxel_m=2.0 * spacing,
             plane_threshold_m=max(1.5 * spacing, 4.0 * roughness),
@@ -176,9 +200,10 @@ class Settings:
             "density_u_kg_m3": material.density_u_kg_m3,
         }
 
-    def completed(self, **derived: float) -> Settings:
-        """Return these settings with lengths for those that are not known yet."""
-        missing = {name: value for name, value in derived.items() if getattr(self, name) is None}
+    def completed(self, **derived: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+        """Return these settings with values for those that are not known yet."""
+        open_ = (None, "auto")
+        missing = {name: value for name, value in derived.items() if getattr(self, name) in open_}
         return self.changed(**missing)
 
 

@@ -20,7 +20,7 @@ def report_table(report: Report) -> Table:
     items = (*report.piles, *report.other_objects)
     unit, per_m3 = volume_unit(max((abs(item.volume_m3) for item in items), default=1.0))
     weighed = any(item.mass_kg is not None for item in items)
-    table = plain_table("", f"volume {unit}", "footprint m²", "height m", "seen")
+    table = plain_table("", f"volume {unit}", "footprint\nm²", "height\nm", "seen")
     if weighed:
         table.add_column("mass kg", justify="right", no_wrap=True)
     table.add_column("remarks")
@@ -76,7 +76,8 @@ def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
     if weighed:
         cells.append(_mass(item))
     runs_out = "runs out of the scan" if item.touches_edge else None
-    return [*cells, ", ".join(filter(None, (item.reason, runs_out)))]
+    leans = "leans on a wall" if item.leans_on_wall else None
+    return [*cells, ", ".join(filter(None, (item.reason, runs_out, leans)))]
 
 
 def _title(pile: Pile) -> str:

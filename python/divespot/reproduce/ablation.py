@@ -75,20 +75,24 @@ def section(found: Found, plan: Plan) -> Section:
     return Section(
         "Ablation",
         [
-            (
-                f"The three shapes on 5.2 m², {counted(plan.side_rounds, 'scan')} each, with stages "
-                "switched off. A filter is a radius filter and the clustering after it, of the whole scene or "
-                "of what stands above the ground; without the second one all of that is the pile. "
-                f"Without pose correction the scan's own z is up, which leans by {LEAN_DEG:g}° in "
-                "these scans (in those of the other sections by up to 4° each way). Without ground "
-                "calibration the base is the fitted plane. Mean square errors are in m⁶, as the paper's figures show. The paper gives one figure for the filters and one "
-                "for pose and ground."
-            ),
+            _told(plan),
             _table(table),
             _picture(table),
         ],
         {"rows": table},
         _findings(table),
+    )
+
+
+def _told(plan: Plan) -> str:
+    return (
+        f"The three shapes on 5.2 m², {counted(plan.side_rounds, 'scan')} each, with stages "
+        "switched off. A filter is a radius filter and the clustering after it, of the whole scene "
+        "or of what stands above the ground; without the second one all of that is the pile. "
+        f"Without pose correction the scan's own z is up, which leans by {LEAN_DEG:g}° in these "
+        "scans (in those of the other sections by up to 4° each way). Without ground calibration "
+        "the base is the fitted plane. Mean square errors are in m⁶, as the paper's figures show. "
+        "The paper gives one figure for the filters and one for pose and ground."
     )
 
 

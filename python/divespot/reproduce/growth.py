@@ -116,17 +116,21 @@ def section(found: Found, plan: Plan) -> Section:
     return Section(
         "Memory against the size of the scene",
         [
-            (
-                f"Cones of corn at 23°, sampled every {1000 * VOXEL_M:.0f} mm, counted in inner voxels "
-                "and integrated over the ground grid, both with that edge. Memory is the peak of what "
-                "a method takes beside the points, by Python's `tracemalloc`, and the height map that "
-                "the core returns. The size is the height of the cone in voxels."
-            ),
+            _told(),
             sizes_table(taken, plan.layers, "MB", 1e-6),
             growth_picture("memory", "peak memory in MB", taken, plan.layers, 1e-6),
         ],
         {"layers": plan.layers, "bytes": taken, "exponents": slopes},
         [_finding(method, slope) for method, slope in slopes.items()],
+    )
+
+
+def _told() -> str:
+    return (
+        f"Cones of corn at 23°, sampled every {1000 * VOXEL_M:.0f} mm, counted in inner voxels and "
+        "integrated over the ground grid, both with that edge. Memory is the peak of what a method "
+        "takes beside the points, by Python's `tracemalloc`, and the height map that the core "
+        "returns. The size is the height of the cone in voxels."
     )
 
 

@@ -143,8 +143,9 @@ def _introduction(plan: Plan) -> str:
         ""
         if plan.density == plan.side_density == 1.0
         else (
-            f" The shapes, their compression and the ablation use {plan.density:g} of the full "
-            f"number of points, the comparison of methods and of grounds {plan.side_density:g}."
+            f" The shapes, their compression and the ablation use {plan.density:.0%} of the "
+            f"full number of points, the comparison of methods and of grounds "
+            f"{plan.side_density:.0%}."
         )
     )
     return (

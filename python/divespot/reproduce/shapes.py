@@ -74,29 +74,35 @@ def _mean(piles: Iterable[PileOutcome]) -> float:
 def section(found: Found, plan: Plan) -> Section:
     """Make the section."""
     found_rows = rows(found, plan)
-    factors = {str(area): factor.factor(found, plan, plan.density, area) for area in AREAS}
-    told = ", ".join(f"{by:.4f} on {area} m²" for area, by in factors.items())
-    calibrated = len(factor.needs(plan, plan.density))
     return Section(
         "Eighteen shapes",
         [
-            (
-                f"Each shape is one simulated corn pile of exactly known volume, scanned "
-                f"{counted(plan.rounds, 'time')} with fresh noise and registration (the "
-                "paper: 50 real scans of real piles). `Settings()` is divespot as it is, without any factor. "
-                "`Settings.paper()` is the paper's method with a compensation factor "
-                f"({told}), which this command calibrated on {calibrated} scans of other piles "
-                f"(seed {plan.other_seed}). u95 is the median expanded uncertainty that divespot "
-                "reports, held the share of the scans whose truth lies within it."
-            ),
+            _told(found, plan),
             _table(found_rows),
             "Mean errors by area:",
             _areas(found_rows),
             _picture(found_rows),
         ],
-        {"factors": factors, "rows": [dataclasses.asdict(row) for row in found_rows]},
+        {"factors": _factors(found, plan), "rows": [dataclasses.asdict(row) for row in found_rows]},
         _findings(found_rows),
     )
+
+
+def _told(found: Found, plan: Plan) -> str:
+    factors = ", ".join(f"{by:.4f} on {area} m²" for area, by in _factors(found, plan).items())
+    return (
+        "Each shape is one simulated corn pile of exactly known volume, scanned "
+        f"{counted(plan.rounds, 'time')} with fresh noise and registration (the paper: 50 real "
+        "scans of real piles). `Settings()` is divespot as it is, without any factor. "
+        f"`Settings.paper()` is the paper's method with a compensation factor ({factors}), which "
+        f"this command calibrated on {len(factor.needs(plan, plan.density))} scans of other piles "
+        f"(seed {plan.other_seed}). u95 is the median expanded uncertainty that divespot reports, "
+        "held the share of the scans whose truth lies within it."
+    )
+
+
+def _factors(found: Found, plan: Plan) -> dict[str, float]:
+    return {str(area): factor.factor(found, plan, plan.density, area) for area in AREAS}
 
 
 def _table(found_rows: list[Row]) -> Table:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.volume.body import Body
 
-#: Points of a concave contour may lie as many cells apart.
-REACH_CELLS = 4.0
+#: Radius, in cells, of the disc that rolls around a concave contour.
+REACH_CELLS = 2.0
 
 
 def _sliced(body: Body, s: Settings) -> float:

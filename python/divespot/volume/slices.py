@@ -38,10 +38,10 @@ def slices(
     slice_m
         Thickness of a layer; the first one begins at the base.
     contour
-        The convex hull in plan, or a concave one: the outer edge of the Delaunay triangles whose
-        circumscribed circle has a radius of at most `reach_m`, with all that it encloses.
+        The convex hull in plan, or a concave one: all that a disc cannot roll into from outside
+        without a point in its way (the alpha shape of the contour, filled).
     reach_m
-        How far the points of a concave contour may lie apart; not used for a convex one.
+        Radius of that disc; not used for a convex contour.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def slices(
 
 
 def _concave(places_m: NDArray[np.float64], reach_m: float) -> float:
-    """Return the area inside the outer edge of the small triangles."""
+    """Return the area that a disc of radius `reach_m` rolling in from outside does not reach."""
     module = spatial()
     if len(places_m) < 3:
         return 0.0
@@ -69,26 +69,19 @@ def _concave(places_m: NDArray[np.float64], reach_m: float) -> float:
     except module.QhullError:
         return 0.0
     corners = places_m[mesh.simplices]
-    area = areas(corners)
-    large = _circumradii(corners, area) > reach_m
-    return float(area[~_open(mesh.neighbors, large)].sum())
+    # The side and the neighbour of number i lie opposite corner i.
+    sides = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
+    wide = np.linalg.norm(sides, axis=2) > 2.0 * reach_m
+    return float(areas(corners)[~_reached(mesh.neighbors, wide)].sum())
 
 
-def _circumradii(
-    corners_m: NDArray[np.float64], area_m2: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    sides = np.linalg.norm(corners_m - np.roll(corners_m, 1, axis=1), axis=2)
-    with np.errstate(divide="ignore"):
-        return np.asarray(sides.prod(axis=1) / (4.0 * area_m2))
-
-
-def _open(neighbors: NDArray[np.intp], large: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Tell which large triangles are joined to the outside through large ones."""
-    reached = large & (neighbors < 0).any(axis=1)
+def _reached(neighbors: NDArray[np.intp], wide: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell which triangles are joined to the outside through wide sides."""
+    reached = np.asarray((wide & (neighbors < 0)).any(axis=1))
     front = np.flatnonzero(reached)
     while len(front):
-        near = np.unique(neighbors[front])
+        near = np.unique(neighbors[front][wide[front]])
         near = near[near >= 0]
-        front = near[large[near] & ~reached[near]]
+        front = near[~reached[near]]
         reached[front] = True
     return reached

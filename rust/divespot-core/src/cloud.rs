@@ -1,6 +1,12 @@
 //! A point cloud near a local origin.
 
-use crate::Point;
+use std::ops::Range;
+
+use crate::parallel::{map_chunks, share, split_by};
+use crate::{Point, thread_count};
+
+/// Rows that a thread takes at a time.
+const CHUNK: usize = 32_768;
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +51,8 @@ impl Bounds {
 pub struct Cloud {
     /// What was subtracted from every point.
     pub origin: Point,
+    /// The edges of the box around `points`.
+    pub extent_m: Point,
     /// The finite points, in the order given.
     pub points: Vec<Point>,
     /// For each of `points` its row in the input; `None` where every row was finite.
@@ -56,28 +64,41 @@ impl Cloud {
     ///
     /// The origin is the lowest corner of the bounding box: it does not depend on the order of
     /// the points, moves with them, and leaves coordinates exact that are exact in binary.
+    /// `threads` = 0 takes every core that the process may use; each row is read twice.
     #[must_use]
-    pub fn new(count: usize, row: impl Fn(usize) -> Point) -> Self {
-        let finite = |p: &Point| p.iter().all(|v| v.is_finite());
-        let all = || (0..count).map(&row);
-        let origin = Bounds::of(all().filter(finite)).map_or([0.0; 3], |b| b.min);
-        let centred = |p: Point| std::array::from_fn(|k| p[k] - origin[k]);
-        let mut cloud = Self { origin, points: Vec::with_capacity(count), rows: None };
-        cloud.points.extend(all().filter(finite).map(centred));
-        if cloud.points.len() < count {
-            let row_ids = (0u32..).zip(all()).filter(|(_, p)| finite(p));
-            cloud.rows = Some(row_ids.map(|(i, _)| i).collect());
+    pub fn new(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Self {
+        let threads = thread_count(threads);
+        let finite = |i: &usize| row(*i).iter().all(|v| v.is_finite());
+        let looks = map_chunks(count, CHUNK, threads, |range| {
+            let mut kept = 0;
+            let rows = range.clone().filter(finite).inspect(|_| kept += 1);
+            (Bounds::of(rows.map(&row)), Part { range, kept })
+        });
+        let (bounds, parts): (Vec<_>, Vec<_>) = looks.into_iter().unzip();
+        let bounds = Bounds::of(bounds.into_iter().flatten().flat_map(|b| [b.min, b.max]));
+        let origin = bounds.map_or([0.0; 3], |b| b.min);
+        let place = |i: usize| centred(row(i), origin);
+        Self {
+            origin,
+            extent_m: bounds.map_or([0.0; 3], |b| b.extent()),
+            points: gather(&parts, threads, |range| range.filter(finite).map(place)),
+            rows: parts
+                .iter()
+                .any(|part| part.kept < part.range.len())
+                .then(|| gather(&parts, threads, |range| range.filter(finite).map(|i| i as u32))),
         }
-        cloud
     }
 
     /// Takes the usable ones of `count` rows: neither non-finite nor (0, 0, 0), as depth cameras
     /// mark a pixel without a depth.
     #[must_use]
-    pub fn seen(count: usize, row: impl Fn(usize) -> Point) -> Seen {
+    pub fn seen(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Seen {
         let blank = |p: Point| if p == [0.0; 3] { [f64::NAN; 3] } else { p };
-        let zero = (0..count).filter(|&i| row(i) == [0.0; 3]).count();
-        let cloud = Self::new(count, |i| blank(row(i)));
+        let zeros = map_chunks(count, CHUNK, thread_count(threads), |range| {
+            range.filter(|&i| row(i) == [0.0; 3]).count()
+        });
+        let zero = zeros.into_iter().sum();
+        let cloud = Self::new(count, threads, |i| blank(row(i)));
         Seen { nonfinite: count - zero - cloud.points.len(), zero, cloud }
     }
 
@@ -89,6 +110,30 @@ impl Cloud {
         rows.iter().zip(values).for_each(|(&row, value)| out[row as usize] = value);
         out
     }
+}
+
+/// Rows that one thread reads, and how many of them it keeps.
+struct Part {
+    range: Range<usize>,
+    kept: usize,
+}
+
+/// What `take` keeps of each part, one after the other.
+fn gather<T: Copy + Default + Send, I: Iterator<Item = T>>(
+    parts: &[Part],
+    threads: usize,
+    take: impl Fn(Range<usize>) -> I + Sync,
+) -> Vec<T> {
+    let mut out = vec![T::default(); parts.iter().map(|part| part.kept).sum()];
+    let pieces = split_by(&mut out, parts.iter().map(|part| part.kept));
+    share(pieces.into_iter().zip(parts), threads, |(piece, part)| {
+        piece.iter_mut().zip(take(part.range.clone())).for_each(|(slot, value)| *slot = value);
+    });
+    out
+}
+
+fn centred(p: Point, origin: Point) -> Point {
+    std::array::from_fn(|k| p[k] - origin[k])
 }
 
 /// What a sensor saw, and what it did not.
@@ -109,16 +154,27 @@ mod tests {
     #[test]
     fn non_finite_rows_are_left_out_and_found_again() {
         let rows = [[1.0, 2.0, 3.0], [f64::NAN, 0.0, 0.0], [5.0, 2.0, 3.0], [f64::INFINITY; 3]];
-        let cloud = Cloud::new(4, |i| rows[i]);
+        let cloud = Cloud::new(4, 1, |i| rows[i]);
         assert_eq!(cloud.origin, [1.0, 2.0, 3.0]);
         assert_eq!(cloud.points, [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]]);
         assert_eq!(cloud.spread(vec![7, 8], -1, 4), [7, -1, 8, -1]);
     }
 
     #[test]
+    fn threads_do_not_count() {
+        let row = |i: usize| [i as f64, if i % 7 == 3 { f64::NAN } else { 0.5 }, -(i as f64)];
+        let count = 2 * CHUNK + 5;
+        let cloud = Cloud::new(count, 3, row);
+        assert_eq!(cloud, Cloud::new(count, 1, row));
+        let rows: Vec<u32> = (0..count as u32).filter(|i| i % 7 != 3).collect();
+        assert_eq!(cloud.points.len(), rows.len());
+        assert_eq!(cloud.rows, Some(rows));
+    }
+
+    #[test]
     fn blank_pixels_are_counted_and_left_out() {
         let rows = [[0.0, -0.0, 0.0], [1.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0], [0.0; 3]];
-        let seen = Cloud::seen(4, |i| rows[i]);
+        let seen = Cloud::seen(4, 1, |i| rows[i]);
         assert_eq!((seen.nonfinite, seen.zero, seen.cloud.points.len()), (1, 2, 1));
     }
 
@@ -127,15 +183,15 @@ mod tests {
         let rows: Vec<Point> =
             (0..99).map(|i| [f64::from(i) / 64.0, 0.25, f64::from(i * i)]).collect();
         let shift = [482_310.0, 5_456_790.0, 312.0];
-        let near = Cloud::new(99, |i| rows[i]);
-        let far = Cloud::new(99, |i| std::array::from_fn(|k| rows[i][k] + shift[k]));
+        let near = Cloud::new(99, 1, |i| rows[i]);
+        let far = Cloud::new(99, 1, |i| std::array::from_fn(|k| rows[i][k] + shift[k]));
         assert_eq!(near.points, far.points);
     }
 
     #[test]
     fn empty_and_single_clouds_are_no_trap() {
-        assert!(Cloud::new(0, |_| [0.0; 3]).points.is_empty());
-        let one = Cloud::new(1, |_| [1e300, -4.0, 0.1]);
+        assert!(Cloud::new(0, 1, |_| [0.0; 3]).points.is_empty());
+        let one = Cloud::new(1, 1, |_| [1e300, -4.0, 0.1]);
         assert_eq!(one.points, [[0.0; 3]]);
     }
 }

@@ -30,6 +30,14 @@ pub enum Error {
     /// Points from which the wanted shape does not follow.
     #[error("{0}")]
     Degenerate(&'static str),
+    /// An outline inside of which nothing can be measured.
+    #[error("outline {number} {problem}")]
+    Outline {
+        /// Its place among all, from 1.
+        number: usize,
+        /// What it does and what is needed.
+        problem: &'static str,
+    },
     /// A grid with more cells than fit.
     #[error(
         "the points would spread over a grid of {cells:.1e} cells: a larger {name}, or a crop to where most points lie, is needed"

@@ -17,32 +17,30 @@ impl Fixed {
         Self { per_metre: bits.min(1000.0).exp2() }
     }
 
+    /// The value's nearest whole multiple of the quantum, ties to even.
+    ///
+    /// Up to 2⁵¹, a sum with 1.5 × 2⁵² has no bits for a fraction: the addition rounds, and the
+    /// last bits are the whole number. Without SSE 4.1, `round_ties_even` is a call.
     #[allow(clippy::cast_possible_truncation)] // the scale keeps every value within an i64
+    #[inline]
     pub(crate) fn encode(self, value: f64) -> i64 {
-        round(value * self.per_metre) as i64
+        const WHOLE: f64 = 6_755_399_441_055_744.0;
+        let scaled = value * self.per_metre;
+        if scaled.abs() < 2_251_799_813_685_248.0 {
+            return (scaled + WHOLE).to_bits() as i64 - WHOLE.to_bits() as i64;
+        }
+        scaled.round_ties_even() as i64
     }
 
-    #[allow(clippy::cast_precision_loss)] // a mean has no more than 53 bits to give
-    pub(crate) fn mean(self, sum: impl Into<i128>, count: u32) -> f64 {
-        sum.into() as f64 / f64::from(count) / self.per_metre
+    /// The mean of `count` values that add up to `sum`, which gives no more than its 53 bits.
+    pub(crate) fn mean(self, sum: f64, count: u32) -> f64 {
+        sum / f64::from(count) / self.per_metre
     }
 
     /// A product of two encoded lengths, in square metres.
     pub(crate) fn square(self, product: f64) -> f64 {
         product / self.per_metre / self.per_metre
     }
-}
-
-/// To the nearest whole number, ties to even.
-///
-/// Without SSE 4.1, `round_ties_even` is a call. Up to 2⁵¹, adding 1.5 × 2⁵² leaves no bits for a
-/// fraction, and the addition rounds just so.
-fn round(value: f64) -> f64 {
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
-    if value.abs() < 2_251_799_813_685_248.0 {
-        return value + WHOLE - WHOLE;
-    }
-    value.round_ties_even()
 }
 
 #[cfg(test)]
@@ -54,13 +52,13 @@ mod tests {
         let (largest, count) = (173.3, 1 << 22);
         let fixed = Fixed::new(largest, count);
         let sum = fixed.encode(largest).checked_mul(count as i64).unwrap();
-        assert!((fixed.mean(sum, count as u32) - largest).abs() < 1e-9);
+        assert!((fixed.mean(sum as f64, count as u32) - largest).abs() < 1e-9);
     }
 
     #[test]
     fn dyadic_values_are_exact_and_zero_is_no_trap() {
         let fixed = Fixed::new(8.0, 1000);
-        assert_eq!(fixed.mean(fixed.encode(0.375) + fixed.encode(-7.5), 2), -3.5625);
+        assert_eq!(fixed.mean((fixed.encode(0.375) + fixed.encode(-7.5)) as f64, 2), -3.5625);
         assert_eq!(Fixed::new(0.0, 0).encode(0.0), 0);
     }
 
@@ -69,9 +67,10 @@ mod tests {
         let near = (0..60).flat_map(|bits| {
             [-0.75, -0.5, 0.0, 0.5, 1.5, 2.25].map(|v| v + f64::from(bits).exp2())
         });
+        let quantum = Fixed { per_metre: 1.0 };
         for value in near.chain([0.49999999999999994, -2.5]) {
-            assert_eq!(round(value), value.round_ties_even());
-            assert_eq!(round(-value), (-value).round_ties_even());
+            assert_eq!(quantum.encode(value), value.round_ties_even() as i64);
+            assert_eq!(quantum.encode(-value), (-value).round_ties_even() as i64);
         }
     }
 }

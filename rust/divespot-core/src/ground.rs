@@ -1,12 +1,15 @@
 //! Which plane is the ground, and which side of it is up.
 //!
-//! The paper takes the plane with the most points. That may be a wall. The ground is a plane with
-//! (nearly) nothing below it, on which something slopes as bulk material does.
+//! The paper takes the plane with the most points. That may be a wall. Seen from the ground there
+//! is (nearly) nothing below; what stands on it is upright or level; and poured material lies on it
+//! as nothing else does: at its angle of repose, to all sides, wide at the foot. Seen from a wall,
+//! a pile's surface does none of this, whichever way the scan lies.
+
+use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Result;
-use crate::plane::{Cone, Plane, Settings, fit_plane};
+use crate::plane::{Cone, Plane, Settings, fit_plane, scored, settled};
 use crate::pose::{hull_area, rotate, rotation_to_z};
-use crate::sample::sample;
 use crate::survey::Normal;
 use crate::{Error, Point};
 
@@ -16,16 +19,24 @@ const CANDIDATES: usize = 6;
 const COMPARED: usize = 2000;
 /// The smallest share of the points that a candidate may rest on.
 const LEAST_SHARE: f64 = 0.02;
-/// A point counts as above or below when it is this many thresholds off the plane.
+/// A point counts as below when it is this many thresholds off the plane.
 const CLEAR: f64 = 2.0;
+/// A point below counts where it lies deeper than a fold or a slope of the ground takes it, for
+/// its distance from the middle of the plane's points: an angle of 6°.
+const GENTLE: f64 = 0.1;
 /// Slopes between these angles to the ground are taken for bulk material (repose 20° to 45°);
-/// below lies the noise of the floor's normals.
+/// what is flatter counts as level, and what is as near to the vertical as upright.
 const SLOPES_RAD: (f64, f64) = (0.26, 0.87);
-/// What a sloping point and a point below weigh, against one on the plane.
-const SLOPING: f64 = 2.0;
+/// A plane on which this share of the surface lies as poured is half proven to be the ground.
+const HALF_PROVEN: f64 = 0.01;
+/// What upright and level surfaces above the plane, and what points below weigh, against a point
+/// on it. The whole proof by poured material weighs as much as all points together.
+const SQUARE: f64 = 0.5;
 const BELOW: f64 = 2.0;
 /// Where nothing else decides, z is up.
-const UPRIGHT: f64 = 0.05;
+const UPRIGHT: f64 = 0.02;
+/// The share of the poured slopes that stays below their height; the rest may be flying pixels.
+const TOP: f64 = 0.95;
 
 /// Finds the ground and orients its normal upwards.
 ///
@@ -36,15 +47,16 @@ const UPRIGHT: f64 = 0.05;
 ///
 /// As [`fit_plane`].
 pub fn find_ground(points: &[Point], normals: &[Normal], settings: &Settings) -> Result<Plane> {
-    let drawn = sample(points, COMPARED, settings.seed, settings.threads);
-    let best = candidates(&drawn, settings)?
+    let scored = scored(points, settings);
+    let drawn = &scored[..scored.len().min(COMPARED)];
+    let best = candidates(drawn, settings)?
         .into_iter()
         .flat_map(|plane| sides(plane, settings.cone))
-        .map(|plane| (score(&plane, &drawn, normals, settings.threshold_m), plane))
+        .map(|plane| (score(&plane, drawn, normals, settings.threshold_m), plane))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .ok_or(Error::Degenerate("no plane goes through the points"))?;
     let tight = Cone { axis: best.1.normal, half_angle_rad: 0.1 };
-    fit_plane(points, &Settings { cone: Some(tight), ..*settings })
+    Ok(settled(points, &scored, best.1, &Settings { cone: Some(tight), ..*settings }))
 }
 
 /// The planes with the most support, each found among the points that the ones before left.
@@ -70,18 +82,25 @@ fn sides(plane: Plane, cone: Option<Cone>) -> Vec<Plane> {
     if cone.is_some() { vec![plane] } else { vec![plane, turned] }
 }
 
-/// How much speaks for this plane being the ground.
-///
-/// For it: points on it and slopes above it, as far as it reaches. Against it: points below. The
-/// flank of a pile or the top of a box, with its other side up, has nothing below it and much
-/// above, but reaches nowhere.
+/// How much speaks for this plane being the ground: what its being the ground explains of the scan,
+/// as far as the plane reaches. The top of a dome, with its other side up, explains much.
 fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -> f64 {
     let on: Vec<Point> =
         drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).copied().collect();
-    let below = drawn.iter().filter(|p| plane.height(p) < -CLEAR * threshold_m).count();
-    let share = |count: usize| count as f64 / drawn.len() as f64;
-    let support = share(on.len()) + SLOPING * sloping(plane, normals, threshold_m);
-    reach(plane, &on, drawn) * support - BELOW * share(below) + UPRIGHT * plane.normal[2]
+    let share = |count: usize, of: usize| to_f64(count) / to_f64(of.max(1));
+    let above: Vec<Slope> = normals
+        .iter()
+        .filter(|n| plane.height(&n.at) > threshold_m)
+        .map(|n| Slope::of(n, plane))
+        .collect();
+    let poured = poured(&above, threshold_m) / to_f64(normals.len().max(1));
+    let square = above.iter().filter(|s| s.is_square()).count();
+    let explained = share(on.len(), drawn.len())
+        + SQUARE * share(square, normals.len())
+        + poured / (poured + HALF_PROVEN);
+    reach(plane, &on, drawn) * explained
+        - BELOW * share(below(plane, &on, drawn, threshold_m), drawn.len())
+        + UPRIGHT * plane.normal[2]
 }
 
 /// The part of the scan's extent, seen along the normal, over which the plane's points reach.
@@ -91,17 +110,145 @@ fn reach(plane: &Plane, on: &[Point], drawn: &[Point]) -> f64 {
     area(on) / area(drawn).max(f64::MIN_POSITIVE)
 }
 
-/// The share of the normals that stand on a slope above the plane.
-fn sloping(plane: &Plane, normals: &[Normal], threshold_m: f64) -> f64 {
-    let (least, most) = (SLOPES_RAD.0.cos(), SLOPES_RAD.1.cos());
-    let slopes = |n: &&Normal| {
-        let along: f64 = (0..3).map(|k| n.normal[k] * plane.normal[k]).sum();
-        (most..least).contains(&along.abs()) && plane.height(&n.at) > CLEAR * threshold_m
+/// The number of points below the plane, unless a gentle slope leads there.
+fn below(plane: &Plane, on: &[Point], drawn: &[Point], threshold_m: f64) -> usize {
+    let sum: Vector3<f64> = on.iter().map(|p| Vector3::from(*p)).sum();
+    let middle = sum / to_f64(on.len().max(1));
+    let is_below = |p: &&Point| {
+        let depth = -plane.height(p);
+        depth > CLEAR * threshold_m && depth > GENTLE * (Vector3::from(**p) - middle).norm()
     };
-    to_f64(normals.iter().filter(slopes).count()) / to_f64(normals.len().max(1))
+    drawn.iter().filter(is_below).count()
+}
+
+/// A piece of surface as seen from a plane.
+struct Slope {
+    height_m: f64,
+    /// Cosine of the angle between its normal and the plane's, not below 0.
+    level: f64,
+    /// Unit vector in the plane, downhill.
+    downhill: Vector3<f64>,
+}
+
+impl Slope {
+    fn of(surface: &Normal, plane: &Plane) -> Self {
+        let (up, normal) = (Vector3::from(plane.normal), Vector3::from(surface.normal));
+        let along = normal.dot(&up);
+        let outward = if along < 0.0 { -normal } else { normal };
+        let downhill = (outward - along.abs() * up).try_normalize(0.0).unwrap_or_default();
+        Self { height_m: plane.height(&surface.at), level: along.abs(), downhill }
+    }
+
+    fn is_poured(&self) -> bool {
+        (SLOPES_RAD.1.cos()..SLOPES_RAD.0.cos()).contains(&self.level)
+    }
+
+    fn is_square(&self) -> bool {
+        self.level >= SLOPES_RAD.0.cos() || self.level <= SLOPES_RAD.0.sin()
+    }
+}
+
+/// The slopes that can be poured material's, discounted by how little they face all sides and how
+/// much of them is at the top: one flank seen from another, or a floor seen from a box's top, is
+/// no pile.
+fn poured(above: &[Slope], threshold_m: f64) -> f64 {
+    let slopes: Vec<&Slope> = above.iter().filter(|s| s.is_poured()).collect();
+    if slopes.is_empty() {
+        return 0.0;
+    }
+    all_round(&slopes) * (2.0 * low(&slopes, threshold_m)).min(to_f64(slopes.len()))
+}
+
+/// How evenly slopes face all sides: 1 for a cone or a half of one, 0 for a ramp or a roof.
+///
+/// Twice the smaller eigenvalue of the directions' scatter, whose eigenvalues are a, 1 - a and 0.
+fn all_round(slopes: &[&Slope]) -> f64 {
+    let scatter: Matrix3<f64> = slopes.iter().map(|s| s.downhill * s.downhill.transpose()).sum();
+    let squares = (scatter / to_f64(slopes.len())).norm_squared();
+    1.0 - (2.0 * squares - 1.0).clamp(0.0, 1.0).sqrt()
+}
+
+/// The number of slopes in the lower half of the heights from the threshold to their top.
+fn low(slopes: &[&Slope], threshold_m: f64) -> f64 {
+    let mut heights: Vec<f64> = slopes.iter().map(|s| s.height_m).collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    let top = heights[(TOP * to_f64(heights.len() - 1)) as usize];
+    to_f64(heights.partition_point(|&h| h < threshold_m.midpoint(top)))
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of points
 fn to_f64(n: usize) -> f64 {
     n as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Rotation;
+    use crate::survey::survey;
+
+    /// Points of a floor of 2 m by 1 m and a wall of `wall_m` behind it, on a raster of `STEP`.
+    fn room(wall_m: f64) -> Vec<Point> {
+        let at = |i: i32| (f64::from(i) + 0.5) * STEP;
+        let cone = |x: f64, y: f64| (0.5 * (0.3 - (x - 1.0).hypot(y - 0.45))).max(0.0);
+        let floor = (0..80).flat_map(|i| (0..40).map(move |j| (at(i), at(j))));
+        let wall = (0..80).flat_map(|i| (0..80).map(move |j| (at(i), at(j))));
+        floor
+            .map(|(x, y)| [x, y, cone(x, y)])
+            .chain(wall.filter(|w| w.1 < wall_m).map(|(x, z)| [x, 1.0, z]))
+            .collect()
+    }
+
+    const STEP: f64 = 0.025;
+
+    fn settings(seed: u64, cone: Option<Cone>) -> Settings {
+        Settings { threshold_m: 0.01, hypotheses: 1000, cone, seed, threads: 1 }
+    }
+
+    fn ground(points: &[Point], seed: u64, cone: Option<Cone>) -> Plane {
+        let normals = survey(points, seed, 1).unwrap().normals;
+        find_ground(points, &normals, &settings(seed, cone)).unwrap()
+    }
+
+    fn along(a: Point, b: Point) -> f64 {
+        Vector3::from(a).dot(&Vector3::from(b))
+    }
+
+    #[test]
+    fn a_wall_twice_the_floor_is_not_the_ground_whichever_way_the_scan_lies() {
+        let points = room(2.0);
+        for (seed, up) in
+            (0..).zip([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.3, -0.9, 0.1], [1.0, 1.0, -2.0]])
+        {
+            let turn: Rotation = rotation_to_z(up).unwrap();
+            let turned = rotate(&points, &turn, 1);
+            let floor = rotate(&[[0.0, 0.0, 1.0]], &turn, 1)[0];
+            let plane = ground(&turned, seed, None);
+            assert!(along(plane.normal, floor) > 0.999, "{up:?}: {plane:?}");
+        }
+    }
+
+    #[test]
+    fn a_cone_of_directions_beats_what_lies_on_the_floor() {
+        let cone = Some(Cone { axis: [0.0, -1.0, 0.1], half_angle_rad: 0.5 });
+        let plane = ground(&room(2.0), 1, cone);
+        assert!(plane.normal[1] < -0.999 && (plane.offset_m + 1.0).abs() < 0.005, "{plane:?}");
+    }
+
+    #[test]
+    fn the_top_of_a_box_is_not_the_ground_from_either_side() {
+        let on = |p: &Point| (0.2..0.7).contains(&p[0]) && (0.2..0.7).contains(&p[1]);
+        let raise = |p: Point| if on(&p) { [p[0], p[1], 0.3] } else { p };
+        let points: Vec<Point> = room(0.0).into_iter().map(raise).collect();
+        let plane = ground(&points, 2, None);
+        assert!(plane.normal[2] > 0.999 && plane.offset_m.abs() < 0.005, "{plane:?}");
+    }
+
+    #[test]
+    fn half_of_a_ridge_has_nothing_below_it() {
+        let fold = |p: Point| [p[0], p[1], p[2] - 0.05 * (p[0] - 1.0).max(0.0)];
+        let points: Vec<Point> = room(1.0).into_iter().map(fold).collect();
+        let plane = ground(&points, 3, None);
+        assert!(plane.normal[2] > 0.998, "{plane:?}");
+    }
 }

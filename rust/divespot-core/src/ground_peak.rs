@@ -170,7 +170,7 @@ impl<'a> Sums<'a> {
         let sum: i64 = self.sums[bins.clone()].iter().sum();
         let count: u32 = counts[bins.clone()].iter().sum();
         let feet = bins.map(|bin| (bin as f64 - peak as f64) * f64::from(counts[bin])).sum::<f64>();
-        let above_peak = feet / f64::from(count) * bin_m + self.fixed.mean(sum, count);
+        let above_peak = feet / f64::from(count) * bin_m + self.fixed.mean(sum as f64, count);
         lowest_m + (peak as f64 * bin_m + above_peak)
     }
 }

@@ -78,9 +78,9 @@ impl Grid {
         within(0, self.columns) && within(1, self.rows)
     }
 
-    /// The cell that a point inside the grid's bounds lies in.
+    /// The cell that a place inside the grid lies in; of a place outside, the nearest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to the grid
-    pub(crate) fn cell(&self, p: &Point) -> usize {
+    pub(crate) fn cell(&self, p: &[f64]) -> usize {
         let along = |k: usize, most: usize| {
             (((p[k] - self.origin_m[k]) / self.cell_m) as usize).min(most - 1)
         };
@@ -92,6 +92,13 @@ impl Grid {
     pub fn is_border(&self, cell: usize) -> bool {
         let (column, row) = (cell % self.columns, cell / self.columns);
         column == 0 || row == 0 || column + 1 == self.columns || row + 1 == self.rows
+    }
+
+    /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
+    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + use<> {
+        let (grid, span) = (*self, -reach..=reach);
+        span.clone()
+            .flat_map(move |dy| span.clone().filter_map(move |dx| grid.neighbor(cell, dx, dy)))
     }
 
     /// The neighbour `dx` columns and `dy` rows away, if there is one.
@@ -136,13 +143,7 @@ const NOTHING: Sums = Sums { count: 0, xyz: [0; 3], low: f64::INFINITY, high: f6
 ///
 /// No points, a cell that is not above zero, or too many cells (see [`Grid::over`]).
 pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
-    let bounds = Bounds::of(points.iter().copied()).ok_or(Error::TooFewPoints {
-        what: "a height map",
-        given: 0,
-        needed: 1,
-    })?;
-    let grid = Grid::over(&bounds, cell_m, points.len())?;
-    Ok(averaged(points, grid, bounds.largest()))
+    Ok(Cells::of(points, cell_m)?.averaged())
 }
 
 /// Averages the points in each cell of a grid that is there already; points off it are left out.
@@ -150,19 +151,57 @@ pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
 pub fn height_map_on(points: &[Point], grid: Grid) -> HeightMap {
     let within: Vec<Point> = points.iter().filter(|p| grid.holds(p)).copied().collect();
     let largest = Bounds::of(within.iter().copied()).map_or(1.0, |b| b.largest());
-    averaged(&within, grid, largest)
+    Cells::on(grid, &within, largest).averaged()
 }
 
-/// Averages points on the grid, whose coordinates are at most `largest` in size.
-fn averaged(points: &[Point], grid: Grid, largest: f64) -> HeightMap {
-    let fixed = Fixed::new(largest, points.len());
-    let sums = accumulate(points, &grid, fixed);
-    let means: Vec<Option<Point>> = sums.iter().map(|s| mean(s, fixed)).collect();
-    HeightMap {
-        grid,
-        heights_m: (0..grid.len()).map(|cell| centered(&grid, &means, cell)).collect(),
-        counts: sums.iter().map(|s| s.count).collect(),
-        relief_m: sums.iter().map(|s| (s.high - s.low).max(0.0)).collect(),
+/// What the points say of each cell.
+pub(crate) struct Cells {
+    pub(crate) grid: Grid,
+    sums: Vec<Sums>,
+    /// Mean position of each cell's points.
+    pub(crate) means: Vec<Option<Point>>,
+}
+
+impl Cells {
+    /// The cells of edge `cell_m` over all points.
+    pub(crate) fn of(points: &[Point], cell_m: f64) -> Result<Self> {
+        let bounds = Bounds::of(points.iter().copied()).ok_or(Error::TooFewPoints {
+            what: "a height map",
+            given: 0,
+            needed: 1,
+        })?;
+        let grid = Grid::over(&bounds, cell_m, points.len())?;
+        Ok(Self::on(grid, points, bounds.largest()))
+    }
+
+    /// The cells of a grid, for points on it whose coordinates are at most `largest` in size.
+    fn on(grid: Grid, points: &[Point], largest: f64) -> Self {
+        let fixed = Fixed::new(largest, points.len());
+        let sums = accumulate(points, &grid, fixed);
+        let means = sums.iter().map(|s| mean(s, fixed)).collect();
+        Self { grid, sums, means }
+    }
+
+    fn averaged(self) -> HeightMap {
+        let heights_m = (0..self.grid.len()).map(|cell| self.centered(cell)).collect();
+        self.with_heights(heights_m)
+    }
+
+    /// The height at the middle of a cell.
+    fn centered(&self, cell: usize) -> f64 {
+        let Some(here) = self.means[cell] else { return f64::NAN };
+        let center = self.grid.center(cell);
+        let rise = |k: usize| slope(&self.grid, &self.means, cell, k) * (center[k] - here[k]);
+        here[2] + rise(0) + rise(1)
+    }
+
+    pub(crate) fn with_heights(self, heights_m: Vec<f64>) -> HeightMap {
+        HeightMap {
+            grid: self.grid,
+            heights_m,
+            counts: self.sums.iter().map(|s| s.count).collect(),
+            relief_m: self.sums.iter().map(|s| (s.high - s.low).max(0.0)).collect(),
+        }
     }
 }
 
@@ -179,15 +218,7 @@ fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
 }
 
 fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {
-    (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum, sums.count)))
-}
-
-/// The height at the middle of a cell.
-fn centered(grid: &Grid, means: &[Option<Point>], cell: usize) -> f64 {
-    let Some(here) = means[cell] else { return f64::NAN };
-    let center = grid.center(cell);
-    let rise = |k: usize| slope(grid, means, cell, k) * (center[k] - here[k]);
-    here[2] + rise(0) + rise(1)
+    (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum as f64, sums.count)))
 }
 
 /// The slope along axis `k`, from one neighbour to the other or to the cell itself.

@@ -4,10 +4,13 @@
 //! returns the same bits for the same points in any order, at any number of threads.
 
 mod error;
+mod film;
 mod fixed;
 mod moments;
+mod nearest;
 mod order;
 mod parallel;
+mod robust;
 
 pub mod cloud;
 pub mod ground;
@@ -21,6 +24,8 @@ pub mod plane;
 pub mod pose;
 pub mod sample;
 pub mod survey;
+pub mod terrain;
+pub mod tin;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};

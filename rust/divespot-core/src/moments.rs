@@ -54,7 +54,7 @@ impl Moments {
     }
 
     pub(crate) fn mean(&self, fixed: Fixed) -> Vector3<f64> {
-        Vector3::from_fn(|k, _| fixed.mean(self.sums[k], self.count))
+        Vector3::from_fn(|k, _| fixed.mean(self.sums[k] as f64, self.count))
     }
 
     /// The root mean square distance from the mean.

@@ -51,6 +51,19 @@ pub(crate) fn fill_chunks<T: Send>(
     share(out.chunks_mut(chunk).enumerate(), threads, |(i, piece)| job(i * chunk, piece));
 }
 
+/// Cuts `out` into consecutive pieces of the given lengths, which add up to its own at most.
+pub(crate) fn split_by<T>(
+    mut out: &mut [T],
+    lengths: impl IntoIterator<Item = usize>,
+) -> Vec<&mut [T]> {
+    let cut = lengths.into_iter().map(|length| {
+        let (piece, rest) = std::mem::take(&mut out).split_at_mut(length);
+        out = rest;
+        piece
+    });
+    cut.collect()
+}
+
 /// Hands each of `items` to `job`, on whichever thread is free.
 pub(crate) fn share<T>(
     items: impl ExactSizeIterator<Item = T> + Send,

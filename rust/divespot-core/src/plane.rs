@@ -81,10 +81,29 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
     if points.len() < 3 {
         return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
     }
-    let drawn = sample(points, SCORED, settings.seed, settings.threads);
-    let mut plane = best_hypothesis(&drawn, settings)?;
+    let scored = scored(points, settings);
+    Ok(settled(points, &scored, best_hypothesis(&scored, settings)?, settings))
+}
+
+/// The points that hypotheses are scored on.
+pub(crate) fn scored(points: &[Point], settings: &Settings) -> Vec<Point> {
+    sample(points, SCORED, settings.seed, settings.threads)
+}
+
+/// Refits a plane until its inliers stay the same, or it would leave the cone: to the few points
+/// scored first, which leaves little to settle on all of them.
+pub(crate) fn settled(
+    points: &[Point],
+    scored: &[Point],
+    plane: Plane,
+    settings: &Settings,
+) -> Plane {
     let fixed =
         Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), points.len());
+    settle(points, settle(scored, plane, fixed, settings), fixed, settings)
+}
+
+fn settle(points: &[Point], mut plane: Plane, fixed: Fixed, settings: &Settings) -> Plane {
     for _ in 0..REFITS {
         let Some(next) = refit(points, &plane, fixed, settings) else { break };
         let settled = next.inliers == plane.inliers;
@@ -93,7 +112,7 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
             break;
         }
     }
-    Ok(plane)
+    plane
 }
 
 fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {

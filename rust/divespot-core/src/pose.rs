@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 use crate::error::{Error, Result};
-use crate::parallel::fill_chunks;
+use crate::parallel::{fill_chunks, map_chunks};
 use crate::{Bounds, Point, thread_count};
 
 const CHUNK: usize = 1 << 14;
@@ -42,7 +42,7 @@ pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
 /// As [`rotation_to_z`].
 pub fn leveling(points: &[Point], normal: Point, threads: usize) -> Result<Rotation> {
     let upright = rotation_to_z(normal)?;
-    let along = align_to_rectangle(&rotate(points, &upright, threads));
+    let along = align_to_rectangle(&rotate(points, &upright, threads), threads);
     let column = |k: usize| upright.map(|row| row[k]);
     let dot = |a: Point, b: Point| (0..3).map(|k| a[k] * b[k]).sum();
     Ok(std::array::from_fn(|r| std::array::from_fn(|c| dot(along[r], column(c)))))
@@ -53,8 +53,8 @@ pub fn leveling(points: &[Point], normal: Point, threads: usize) -> Result<Rotat
 ///
 /// Any grid may lie at any angle; this one turns with the scan, so a turned scan gets the same
 /// cells and the same volume.
-fn align_to_rectangle(points: &[Point]) -> Rotation {
-    let hull = convex_hull(points);
+fn align_to_rectangle(points: &[Point], threads: usize) -> Rotation {
+    let hull = convex_hull(points, thread_count(threads));
     let edges = hull.iter().zip(hull.iter().cycle().skip(1));
     let boxes = edges.map(|(a, b)| enclosing(&hull, (b[1] - a[1]).atan2(b[0] - a[0])));
     let smallest = boxes.min_by(|a, b| a.area.total_cmp(&b.area));
@@ -64,7 +64,7 @@ fn align_to_rectangle(points: &[Point]) -> Rotation {
 
 /// The area of the points' convex hull in plan.
 pub(crate) fn hull_area(points: &[Point]) -> f64 {
-    let hull = convex_hull(points);
+    let hull = convex_hull(points, 1);
     let corners = hull.iter().zip(hull.iter().cycle().skip(1));
     0.5 * corners.map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>()
 }
@@ -94,8 +94,8 @@ fn enclosing(hull: &[[f64; 2]], angle_rad: f64) -> Rectangle {
 }
 
 /// The convex hull in plan, counter-clockwise (Andrew's monotone chain).
-fn convex_hull(points: &[Point]) -> Vec<[f64; 2]> {
-    let mut plan = outer(points);
+pub(crate) fn convex_hull(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
+    let mut plan = outer(points, threads);
     plan.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     plan.dedup();
     let mut hull = chain(plan.iter());
@@ -121,8 +121,8 @@ fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
 }
 
 /// The points that can be on the hull: none inside the octagon of the outermost points is.
-fn outer(points: &[Point]) -> Vec<[f64; 2]> {
-    let mut corners = farthest(points);
+fn outer(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
+    let mut corners = farthest(points, threads);
     corners.dedup(); // a side of no length has no inside
     if corners.len() > 1 && corners.first() == corners.last() {
         corners.pop();
@@ -130,25 +130,43 @@ fn outer(points: &[Point]) -> Vec<[f64; 2]> {
     let sides: Vec<_> =
         corners.iter().copied().zip(corners.iter().copied().cycle().skip(1)).collect();
     let inside = |p: [f64; 2]| sides.iter().all(|&(a, b)| turns_left(a, b, p));
-    points.iter().map(|p| [p[0], p[1]]).filter(|&p| !inside(p)).collect()
+    let outside = map_chunks(points.len(), CHUNK, threads, |range| {
+        points[range].iter().map(|p| [p[0], p[1]]).filter(|&p| !inside(p)).collect::<Vec<_>>()
+    });
+    outside.concat()
 }
 
 /// The points that lie farthest in eight directions, counter-clockwise from +x.
-fn farthest(points: &[Point]) -> Vec<[f64; 2]> {
-    let Some(first) = points.first() else { return Vec::new() };
-    let along = |p: &Point| [p[0], p[0] + p[1], p[1], p[1] - p[0]];
-    let mut most = [(along(first), [first; 4]), (along(first), [first; 4])];
-    for p in points {
-        for (k, value) in along(p).into_iter().enumerate() {
-            if value > most[0].0[k] {
-                (most[0].0[k], most[0].1[k]) = (value, p);
-            }
-            if value < most[1].0[k] {
-                (most[1].0[k], most[1].1[k]) = (value, p);
+fn farthest(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
+    let parts = map_chunks(points.len(), CHUNK, threads, |range| Farthest::of(&points[range]));
+    parts.into_iter().flatten().reduce(Farthest::or).map_or(Vec::new(), |all| all.places.to_vec())
+}
+
+/// The places that lie farthest in eight directions, and how far.
+struct Farthest {
+    along: [f64; 8],
+    places: [[f64; 2]; 8],
+}
+
+impl Farthest {
+    fn of(points: &[Point]) -> Option<Self> {
+        points.iter().map(Self::one).reduce(Self::or)
+    }
+
+    fn one(&[x, y, _]: &Point) -> Self {
+        let [a, b, c, d] = [x, x + y, y, y - x];
+        Self { along: [a, b, c, d, -a, -b, -c, -d], places: [[x, y]; 8] }
+    }
+
+    /// The farther of both; of two equally far ones the first.
+    fn or(mut self, other: Self) -> Self {
+        for k in 0..8 {
+            if other.along[k] > self.along[k] {
+                (self.along[k], self.places[k]) = (other.along[k], other.places[k]);
             }
         }
+        self
     }
-    most.iter().flat_map(|(_, ends)| ends).map(|p| [p[0], p[1]]).collect()
 }
 
 fn rows(matrix: &Matrix3<f64>) -> Rotation {
@@ -195,7 +213,7 @@ mod tests {
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
             let laid = rotate(
                 &rotate(&grid, &rows(turn.matrix()), 1),
-                &align_to_rectangle(&rotate(&grid, &rows(turn.matrix()), 1)),
+                &align_to_rectangle(&rotate(&grid, &rows(turn.matrix()), 1), 1),
                 1,
             );
             let [width, depth, _] = Bounds::of(laid).unwrap().extent();
@@ -207,15 +225,15 @@ mod tests {
     fn few_points_are_left_for_the_hull() {
         let disc = (0..10_000).map(f64::from).map(|i| (i, i.sqrt() / 100.0));
         let points: Vec<Point> = disc.map(|(i, r)| [r * i.cos(), r * i.sin(), 0.0]).collect();
-        let outer = outer(&points).len();
+        let outer = outer(&points, 2).len();
         assert!((8..1500).contains(&outer), "{outer}");
     }
 
     #[test]
     fn points_on_a_line_or_none_are_no_trap() {
         let line: Vec<Point> = (0..9).map(|i| [f64::from(i), f64::from(i), 0.0]).collect();
-        let extent = Bounds::of(rotate(&line, &align_to_rectangle(&line), 1)).unwrap().extent();
+        let extent = Bounds::of(rotate(&line, &align_to_rectangle(&line, 1), 1)).unwrap().extent();
         assert!(extent[1] < 1e-12 && extent[0] > 11.0);
-        assert_eq!(align_to_rectangle(&[]), align_to_rectangle(&[[3.0; 3]]));
+        assert_eq!(align_to_rectangle(&[], 1), align_to_rectangle(&[[3.0; 3]], 1));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::fixed::Fixed;
 use crate::moments::Moments;
-use crate::parallel::fill_chunks;
+use crate::parallel::map_chunks;
 use crate::{Bounds, Point, thread_count};
 
 /// A 64-bit mix of good quality (the finaliser of SplitMix64).
@@ -26,8 +26,7 @@ const SHELLS: f64 = (1u64 << 20) as f64;
 /// scaled gives the same sample, but for a few points that rounding puts into another shell.
 #[must_use]
 pub fn sample(points: &[Point], count: usize, seed: u64, threads: usize) -> Vec<Point> {
-    let keys = keys(points, seed, thread_count(threads));
-    let mut drawn = lowest(&keys, count);
+    let mut drawn = lowest(points, count, seed, thread_count(threads));
     let by_place = |a: &u32, b: &u32| {
         let (p, q) = (points[*a as usize], points[*b as usize]);
         p.partial_cmp(&q).unwrap_or(std::cmp::Ordering::Equal)
@@ -37,40 +36,46 @@ pub fn sample(points: &[Point], count: usize, seed: u64, threads: usize) -> Vec<
     drawn.into_iter().map(|(_, i)| points[i as usize]).collect()
 }
 
-fn keys(points: &[Point], seed: u64, threads: usize) -> Vec<u64> {
-    let largest = Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest());
-    let fixed = Fixed::new(largest, points.len());
-    let moments = Moments::of_all(points, fixed, threads);
-    if moments.count() == 0 {
-        return Vec::new();
-    }
-    let middle = moments.mean(fixed);
-    let per_metre = SHELLS / moments.spread(fixed).max(f64::MIN_POSITIVE);
-    let shell = |p: &Point| {
-        let square: f64 = (0..3).map(|k| (p[k] - middle[k]).powi(2)).sum();
-        (square.sqrt() * per_metre) as u64
-    };
-    let mut keys = vec![0; points.len()];
-    fill_chunks(&mut keys, CHUNK, threads, |first, piece| {
-        let keyed = piece.iter_mut().zip(&points[first..]);
-        keyed.for_each(|(key, p)| *key = mix(mix(seed) ^ shell(p)));
-    });
-    keys
-}
-
-/// The `count` lowest keys and few more, each with its index.
+/// The points with the `count` lowest keys and few more, each as its key and index.
 ///
 /// Keys are spread evenly, so a bound a little above the expected one leaves little to sort.
-fn lowest(keys: &[u64], count: usize) -> Vec<(u64, u32)> {
-    let mut share = 1.2 * (count as f64 + 50.0) / keys.len().max(1) as f64;
+fn lowest(points: &[Point], count: usize, seed: u64, threads: usize) -> Vec<(u64, u32)> {
+    let Some(shells) = Shells::around(points, threads) else { return Vec::new() };
+    let seed = mix(seed);
+    let mut share = 1.2 * (count as f64 + 50.0) / points.len() as f64;
     loop {
         let bound = (share * u64::MAX as f64) as u64; // saturates at the largest key
-        let below: Vec<(u64, u32)> =
-            keys.iter().copied().zip(0..).filter(|&(key, _)| key <= bound).collect();
-        if below.len() >= count.min(keys.len()) {
-            return below;
+        let below = map_chunks(points.len(), CHUNK, threads, |range| {
+            let keys = points[range.clone()].iter().map(|p| mix(seed ^ shells.of(p)));
+            let keyed = keys.zip(range.start as u32..);
+            keyed.filter(|&(key, _)| key <= bound).collect::<Vec<_>>()
+        });
+        if below.iter().map(Vec::len).sum::<usize>() >= count.min(points.len()) {
+            return below.concat();
         }
         share *= 2.0;
+    }
+}
+
+/// Distances from the middle of a cloud, in steps that grow with it.
+struct Shells {
+    middle: Point,
+    per_metre: f64,
+}
+
+impl Shells {
+    fn around(points: &[Point], threads: usize) -> Option<Self> {
+        let largest = Bounds::of(points.iter().copied())?.largest();
+        let fixed = Fixed::new(largest, points.len());
+        let moments = Moments::of_all(points, fixed, threads);
+        let per_metre = SHELLS / moments.spread(fixed).max(f64::MIN_POSITIVE);
+        Some(Self { middle: moments.mean(fixed).into(), per_metre })
+    }
+
+    #[inline]
+    fn of(&self, p: &Point) -> u64 {
+        let square: f64 = (0..3).map(|k| (p[k] - self.middle[k]).powi(2)).sum();
+        (square.sqrt() * self.per_metre) as i64 as u64 // faster than a cast straight to u64
     }
 }
 

@@ -4,13 +4,11 @@
 //! with the same settings.
 
 use std::cmp::Ordering;
-use std::num::NonZero;
-
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::error::{Error, Result};
 use crate::fixed::Fixed;
 use crate::moments::Moments;
+use crate::nearest::Tree;
 use crate::parallel::map_chunks;
 use crate::sample::sample;
 use crate::{Bounds, Point, thread_count};
@@ -20,7 +18,7 @@ const SURVEYED: usize = 2000;
 /// The neighbour whose distance is the spacing: on a square grid the last one a step away.
 const SPACING_NEIGHBOR: usize = 4;
 /// Neighbours, the point included, through which a small plane is laid.
-const NEIGHBORS: NonZero<usize> = NonZero::new(17).unwrap();
+const NEIGHBORS: usize = 17;
 const CHUNK: usize = 100;
 /// The steps of a regular raster differ by rounding alone.
 const REGULAR: f64 = 1e-6;
@@ -80,19 +78,19 @@ pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
 }
 
 fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neighborhood>> {
-    let too_few = Error::TooFewPoints {
-        what: "a point spacing (duplicates count once)",
-        given: points.len(),
-        needed: SPACING_NEIGHBOR + 1,
-    };
     if points.len() <= SPACING_NEIGHBOR {
-        return Err(too_few);
+        return Err(Error::TooFewPoints {
+            what: "a point spacing (duplicates count once)",
+            given: points.len(),
+            needed: SPACING_NEIGHBOR + 1,
+        });
     }
-    let tree = ImmutableKdTree::<f64, 3>::new_from_slice(points).map_err(|_| too_few)?;
+    let threads = thread_count(threads);
+    let tree = Tree::new(points, threads);
     let fixed = Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), 32);
     let asked = sample(points, SURVEYED, seed, threads);
-    let look = |p: &Point| look(*p, &nearest(&tree, points, p), fixed);
-    let parts = map_chunks(asked.len(), CHUNK, thread_count(threads), |range| {
+    let look = |p: &Point| look(*p, &tree.nearest(p, NEIGHBORS), fixed);
+    let parts = map_chunks(asked.len(), CHUNK, threads, |range| {
         asked[range].iter().map(look).collect::<Vec<_>>()
     });
     Ok(parts.into_iter().flatten().collect())
@@ -115,18 +113,12 @@ pub fn point_spacing(points: &[Point], seed: u64) -> Result<f64> {
     survey(points, seed, 1).map(|survey| survey.spacing_m)
 }
 
-/// Squared distances to the nearest positions, the nearest (the point itself) first.
-fn nearest(tree: &ImmutableKdTree<f64, 3>, positions: &[Point], p: &Point) -> Vec<(f64, Point)> {
-    let found = tree.query(p).nearest_n::<SquaredEuclidean<f64>>(NEIGHBORS).execute();
-    found.iter().map(|item| (item.distance, positions[item.item as usize])).collect()
-}
-
 /// `near` holds squared distances and positions, the nearest (the point itself) first.
 fn look(at: Point, near: &[(f64, Point)], fixed: Fixed) -> Neighborhood {
     let spacing_m = near.get(SPACING_NEIGHBOR).map_or(0.0, |(square, _)| square.sqrt());
     let flattest = Moments::of(near.iter().map(|(_, p)| p), fixed).flattest(fixed);
     let surface = flattest
-        .filter(|_| near.len() == NEIGHBORS.get())
+        .filter(|_| near.len() == NEIGHBORS)
         .map(|(normal, variance)| (Normal { at, normal: normal.into() }, variance.sqrt()));
     let crowded = near.iter().enumerate().any(|(i, a)| near[..i].iter().any(|b| a.1 == b.1));
     Neighborhood { crowded, spacing_m, surface }
@@ -147,43 +139,10 @@ mod tests {
     use super::*;
     use crate::sample::mix;
 
-    fn slow(positions: &[Point], p: &Point) -> f64 {
-        let square = |q: &Point| (0..3).map(|k| (q[k] - p[k]).powi(2)).sum::<f64>();
-        let mut squares: Vec<f64> = positions.iter().map(square).collect();
-        squares.sort_by(f64::total_cmp);
-        squares[SPACING_NEIGHBOR]
-    }
-
-    fn squares(positions: &[Point], asked: usize) -> Vec<f64> {
-        let tree = ImmutableKdTree::<f64, 3>::new_from_slice(positions).unwrap();
-        let square = |p| nearest(&tree, positions, p)[SPACING_NEIGHBOR].0;
-        positions[..asked].iter().map(square).collect()
-    }
-
     /// Coordinates on `levels` levels an axis: many are equal.
     fn levels(count: u64, levels: [u64; 3]) -> Vec<Point> {
         let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
         (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()
-    }
-
-    #[test]
-    fn the_tree_finds_what_a_search_of_all_finds() {
-        let shapes =
-            [[1 << 40; 3], [30, 30, 3], [1000, 1, 1], [1, 1000, 1], [1, 1, 5000], [2, 2, 2000]];
-        for shape in shapes {
-            for count in [5, 31, 32, 33, 64, 65, 100, 1000, 5000] {
-                let mut positions = sample(&levels(count, shape), count as usize, 0, 1);
-                positions.dedup();
-                if positions.len() <= SPACING_NEIGHBOR {
-                    continue;
-                }
-                let asked = positions.len().min(300);
-                let found = squares(&positions, asked);
-                for (p, square) in positions.iter().zip(found) {
-                    assert_eq!(square, slow(&positions, p), "{shape:?} {count}");
-                }
-            }
-        }
     }
 
     fn grid(step: f64, times: usize) -> Vec<Point> {

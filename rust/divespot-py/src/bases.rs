@@ -1,10 +1,9 @@
 use divespot_core::piles::{Base, Kind, Surface};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
 use crate::piles::grid;
-use crate::points::{cloud, restored};
 
 /// What objects stand on, where it is not the ground around each.
 #[pyclass(frozen)]
@@ -45,15 +44,14 @@ pub(crate) fn plane_base(
 #[pyfunction]
 pub(crate) fn surface_base(
     py: Python<'_>,
-    points: &Bound<'_, PyAny>,
+    points: PyReadonlyArray2<'_, f64>,
     shape: (usize, usize),
     origin_m: [f64; 2],
     cell_m: f64,
     noise_m: f64,
 ) -> PyResult<RawBase> {
-    let (cloud, _) = cloud(points)?;
-    let points = restored(cloud.origin, cloud.points);
+    let (points, _) = points.as_slice()?.as_chunks::<3>();
     let surface =
-        py.detach(|| Surface::through(&points, grid(shape, origin_m, cell_m))).map_err(raise)?;
+        py.detach(|| Surface::through(points, grid(shape, origin_m, cell_m))).map_err(raise)?;
     Ok(RawBase(Base::on(surface, noise_m)))
 }

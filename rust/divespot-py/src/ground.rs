@@ -17,7 +17,7 @@ pub(crate) fn survey<'py>(
     seed: u64,
     threads: usize,
 ) -> PyResult<Surveyed<'py>> {
-    let (cloud, _) = cloud(points)?;
+    let (cloud, _) = cloud(points, threads)?;
     let survey =
         py.detach(|| divespot_core::survey::survey(&cloud.points, seed, threads)).map_err(raise)?;
     let (at, normals): (Vec<Point>, Vec<Point>) =
@@ -39,7 +39,7 @@ pub(crate) fn find_ground<'py>(
     seed: u64,
     threads: usize,
 ) -> PyResult<(PlaneParts, Rows<'py>)> {
-    let (cloud, _) = cloud(points)?;
+    let (cloud, _) = cloud(points, threads)?;
     let (at, normals) = (at.as_array(), normals.as_array());
     let normal = |i: usize| Normal {
         at: std::array::from_fn(|k| at[[i, k]] - cloud.origin[k]),

@@ -29,7 +29,7 @@ pub(crate) fn hdbscan<'py>(
         allow_single_cluster,
         threads,
     };
-    let (cloud, count) = cloud(points)?;
+    let (cloud, count) = cloud(points, threads)?;
     let found = interruptible(py, |cancel| {
         divespot_core::hdbscan::hdbscan(&cloud.points, &settings, cancel).map(|found| {
             let labels = found.labels.into_iter().map(i64::from).collect();

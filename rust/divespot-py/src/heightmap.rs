@@ -1,4 +1,4 @@
-use divespot_core::heightmap;
+use divespot_core::{heightmap, tin};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
@@ -19,9 +19,11 @@ pub(crate) fn height_map(
     py: Python<'_>,
     points: &Bound<'_, PyAny>,
     cell_m: f64,
+    triangulated: bool,
 ) -> PyResult<RawHeightMap> {
-    let (cloud, _) = cloud(points)?;
-    let map = py.detach(|| heightmap::height_map(&cloud.points, cell_m)).map_err(raise)?;
+    let (cloud, _) = cloud(points, 1)?;
+    let make = if triangulated { tin::height_map } else { heightmap::height_map };
+    let map = py.detach(|| make(&cloud.points, cell_m)).map_err(raise)?;
     let shape = [map.grid.rows, map.grid.columns];
     let [x, y, z] = cloud.origin;
     let heights = map.heights_m.into_iter().map(|h| h + z).collect::<Vec<_>>();

@@ -11,6 +11,7 @@ mod neighbors;
 mod piles;
 mod plane;
 mod points;
+mod terrain;
 mod voxel;
 
 /// The compiled kernels of divespot.
@@ -34,6 +35,8 @@ mod _native {
     use crate::plane::{fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
     use crate::points::seen;
+    #[pymodule_export]
+    use crate::terrain::terrain;
     #[pymodule_export]
     use crate::voxel::voxel_downsample;
 

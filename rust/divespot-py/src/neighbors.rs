@@ -12,7 +12,7 @@ pub(crate) fn radius_outlier_mask<'py>(
     min_neighbors: usize,
     threads: usize,
 ) -> PyResult<Column<'py, bool>> {
-    let (cloud, count) = cloud(points)?;
+    let (cloud, count) = cloud(points, threads)?;
     let mask = py.detach(|| {
         divespot_core::radius_outlier_mask(&cloud.points, radius_m, min_neighbors, threads)
             .map(|mask| cloud.spread(mask, false, count))

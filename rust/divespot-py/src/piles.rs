@@ -23,6 +23,7 @@ pub(crate) struct RawObject {
     outline_m: Vec<Place>,
     seen_fraction: f64,
     touches_edge: bool,
+    leans_on_wall: bool,
     base: &'static str,
     reason: Option<&'static str>,
     noise_m3: f64,
@@ -53,6 +54,7 @@ impl From<Object> for RawObject {
             outline_m: object.outline_m.into_iter().map(Place::from).collect(),
             seen_fraction: object.seen_fraction,
             touches_edge: object.touches_edge,
+            leans_on_wall: object.leans_on_wall,
             base: match object.base.kind {
                 Kind::Ring => "ring",
                 Kind::RingLevel => "ring level",
@@ -62,6 +64,8 @@ impl From<Object> for RawObject {
             reason: object.reason.map(|reason| match reason {
                 Reason::SteepSides => "steep sides",
                 Reason::Thin => "thin",
+                Reason::Shadow => "beside a shadow",
+                Reason::TooLittleSeen => "too little seen",
             }),
             noise_m3: object.budget.noise_m3,
             base_m3: object.budget.base_m3,
@@ -105,11 +109,11 @@ impl Map {
     }
 }
 
-/// Width of the ring by object size, margin, ground (height, noise, uncertainty), and the bases:
+/// Steps of the toe, width of the ring by object size, margin, ground (height, noise, uncertainty), and the bases:
 /// the one in force, then those to compare; none of its own for a local one.
-type Measuring<'py> = (f64, f64, (f64, f64, f64), Vec<Option<PyRef<'py, RawBase>>>);
+type Measuring<'py> = (u32, f64, f64, (f64, f64, f64), Vec<Option<PyRef<'py, RawBase>>>);
 
-fn settings(toe_cells: u32, (ring_share, margin_m, ground, bases): Measuring<'_>) -> Settings {
+fn settings((toe_cells, ring_share, margin_m, ground, bases): Measuring<'_>) -> Settings {
     let ground = Base::ground(ground.0, ground.1, ground.2);
     let mut bases = bases.into_iter().map(|base| base.map(|base| base.0.clone()));
     let base = bases.next().flatten();
@@ -139,13 +143,18 @@ pub(crate) fn measure_objects<'py>(
     origin_m: [f64; 2],
     cell_m: f64,
     labels: PyReadonlyArray1<'py, i32>,
-    toe_cells: u32,
     measuring: Measuring<'py>,
+    points: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
-    let settings = settings(toe_cells, measuring);
-    measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &labels, &settings))
+    let settings = settings(measuring);
+    let (points, _) = points.as_slice()?.as_chunks::<3>();
+    measured(py, &map, || {
+        let mut objects = piles::measure(&map.grid, &map.heights_m, &labels, &settings)?;
+        piles::trim_flat_tops(&map.grid, points, &mut objects, settings.margin_m);
+        Ok(objects)
+    })
 }
 
 /// As `measure_objects`, inside outlines; those of a region first go around it, then its holes.
@@ -160,6 +169,6 @@ pub(crate) fn measure_inside<'py>(
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let regions: Vec<Region> = regions.into_iter().map(|rings| Region { rings }).collect();
-    let settings = settings(0, measuring);
+    let settings = settings(measuring);
     measured(py, &map, || piles::measure_inside(&map.grid, &map.heights_m, &regions, &settings))
 }

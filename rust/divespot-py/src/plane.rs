@@ -25,7 +25,7 @@ pub(crate) fn fit_plane(
     seed: u64,
     threads: usize,
 ) -> PyResult<PlaneParts> {
-    let (cloud, _) = cloud(points)?;
+    let (cloud, _) = cloud(points, threads)?;
     let settings = settings(threshold_m, hypotheses, cone, seed, threads);
     let fit = py.detach(|| plane::fit_plane(&cloud.points, &settings)).map_err(raise)?;
     Ok(parts(&fit, cloud.origin))
@@ -54,7 +54,7 @@ pub(crate) fn rotate<'py>(
     rotation: [[f64; 3]; 3],
     threads: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (cloud, _) = cloud(points)?;
+    let (cloud, _) = cloud(points, threads)?;
     let origin = divespot_core::pose::rotate(&[cloud.origin], &rotation, 1)[0];
     let turned = py.detach(|| divespot_core::pose::rotate(&cloud.points, &rotation, threads));
     rows(py, restored(origin, turned))

@@ -1,6 +1,6 @@
 //! NumPy arrays in and out.
 
-use divespot_core::{Bounds, Cloud, Point};
+use divespot_core::{Cloud, Point};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -15,36 +15,36 @@ pub(crate) type Rows<'py> = Bound<'py, PyArray2<f64>>;
 /// Beyond this, coordinates near the origin would lose their micrometres.
 const LARGEST_EXTENT: f64 = 1e9;
 
-/// Calls `make(count, row)` with the rows of an `(n, 3)` array of either dtype and any strides.
+/// Calls `make(count, threads, row)` with the rows of an `(n, 3)` array of either dtype and any strides.
 ///
 /// They are copied while attached to the interpreter: another thread may write to the array as
 /// soon as the kernel runs detached.
 macro_rules! copied {
-    ($points:expr, $make:path) => {
+    ($points:expr, $threads:expr, $make:path) => {
         if let Ok(array) = $points.extract::<PyReadonlyArray2<'_, f64>>() {
-            copied!(rows array.as_array(), $make)
+            copied!(rows array.as_array(), $threads, $make)
         } else if let Ok(array) = $points.extract::<PyReadonlyArray2<'_, f32>>() {
-            copied!(rows array.as_array(), $make)
+            copied!(rows array.as_array(), $threads, $make)
         } else {
             None
         }
     };
-    (rows $rows:expr, $make:path) => {{
+    (rows $rows:expr, $threads:expr, $make:path) => {{
         let rows = $rows;
         let count = rows.nrows();
         if rows.ncols() != 3 || u32::try_from(count).is_err() {
             None
         } else if let Some((flat, _)) = rows.as_slice().map(<[_]>::as_chunks::<3>) {
-            Some(($make(count, |i| flat[i].map(Into::into)), count))
+            Some(($make(count, $threads, |i| flat[i].map(Into::into)), count))
         } else {
-            Some(($make(count, |i| std::array::from_fn(|k| rows[[i, k]].into())), count))
+            Some(($make(count, $threads, |i| std::array::from_fn(|k| rows[[i, k]].into())), count))
         }
     }};
 }
 
 /// The finite points of an `(n, 3)` array and the number of its rows.
-pub(crate) fn cloud(points: &Bound<'_, PyAny>) -> PyResult<(Cloud, usize)> {
-    let (cloud, count) = copied!(points, Cloud::new).ok_or_else(|| wrong_array(points))?;
+pub(crate) fn cloud(points: &Bound<'_, PyAny>, threads: usize) -> PyResult<(Cloud, usize)> {
+    let (cloud, count) = copied!(points, threads, Cloud::new).ok_or_else(|| wrong_array(points))?;
     check_extent(&cloud)?;
     Ok((cloud, count))
 }
@@ -53,8 +53,12 @@ pub(crate) fn cloud(points: &Bound<'_, PyAny>) -> PyResult<(Cloud, usize)> {
 type SeenParts<'py> = (Rows<'py>, (f64, f64, f64), usize, usize);
 
 #[pyfunction]
-pub(crate) fn seen<'py>(py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<SeenParts<'py>> {
-    let (seen, _) = copied!(points, Cloud::seen).ok_or_else(|| wrong_array(points))?;
+pub(crate) fn seen<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    threads: usize,
+) -> PyResult<SeenParts<'py>> {
+    let (seen, _) = copied!(points, threads, Cloud::seen).ok_or_else(|| wrong_array(points))?;
     check_extent(&seen.cloud)?;
     let origin = seen.cloud.origin.into();
     Ok((rows(py, seen.cloud.points)?, origin, seen.nonfinite, seen.zero))
@@ -76,7 +80,7 @@ fn described(array: &Bound<'_, PyAny>) -> String {
 }
 
 fn check_extent(cloud: &Cloud) -> PyResult<()> {
-    let extent = Bounds::of(cloud.points.iter().copied()).map_or(0.0, |b| b.largest());
+    let extent = cloud.extent_m.into_iter().fold(0.0, f64::max);
     if extent <= LARGEST_EXTENT {
         return Ok(());
     }

@@ -11,7 +11,7 @@ pub(crate) fn voxel_downsample<'py>(
     voxel_m: f64,
     threads: usize,
 ) -> PyResult<(Rows<'py>, Column<'py, u32>)> {
-    let (cloud, _) = cloud(points)?;
+    let (cloud, _) = cloud(points, threads)?;
     let voxels = py
         .detach(|| divespot_core::voxel_downsample(&cloud.points, voxel_m, threads))
         .map_err(raise)?;

@@ -12,7 +12,7 @@ use super::tree::{LEAF, Node, Tree, Visitor, larger};
 const CHUNK: usize = 64;
 
 /// Neighbours kept for a point. More would save searches later and cost memory.
-const KEPT: usize = 16;
+const KEPT: usize = 12;
 
 /// Marks a neighbour that lies beyond the core distance.
 pub(super) const BEYOND: u32 = 1 << 31;

@@ -85,8 +85,7 @@ pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Re
     let rows = tree.into_rows();
     let edges = sort_by(edges, |edge| u64::from(edge.weight.to_bits()));
     stop(cancel)?;
-    let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size);
-    stop(cancel)?;
+    let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size, cancel)?;
     let epsilon = settings.cluster_selection_epsilon * frame.scale;
     let owners = select::select(&condensed.clusters, settings, epsilon);
     let (labels, probabilities) = label::label(points, &rows, &condensed, &owners, epsilon);

@@ -4,15 +4,17 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::film::Film;
-use super::statistics::{median, scale};
+use super::bend::Bend;
 use super::surface::Surface;
+use crate::film::Film;
 use crate::heightmap::Grid;
+use crate::robust::{median, scale};
 
 /// Fewer cells than this carry no plane of their own.
 pub(crate) const FEWEST: usize = 12;
-/// A ring seen in fewer sectors than this (of [`SECTORS`]) says nothing about the tilt.
-const FEWEST_SECTORS: usize = 10;
+/// A ring with this many sectors (of [`SECTORS`]) unseen in a row, half a turn, does not enclose the
+/// object: a tilt taken from it would be carried on beyond where it was seen.
+const ONE_SIDE: usize = 6;
 /// Sectors around an object whose levels tell how far the ground wavers.
 const SECTORS: usize = 12;
 /// Neighbouring sectors waver together: this many count as one.
@@ -22,8 +24,9 @@ const REACH: f64 = 4.685;
 /// Rounds of Tukey's biweight; it settles in about five.
 const ROUNDS: usize = 10;
 
-/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, and a film over it
-/// that follows the ground where it leaves the plane; or a surface that was given.
+/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, how the ground bends
+/// under the object, and a film over both that follows it where it leaves them; or a surface that
+/// was given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Where `level_m` holds.
@@ -38,6 +41,9 @@ pub struct Base {
     pub u_level_m: f64,
     /// What the base rests on.
     pub kind: Kind,
+    bend: Option<Bend>,
+    /// How far the ground around the object lies from the plane.
+    wander_m: f64,
     film: Option<Film>,
     surface: Option<Arc<Surface>>,
 }
@@ -65,8 +71,18 @@ impl Base {
     /// A plane, `level_m` high at (0, 0), that is the same for every object.
     #[must_use]
     pub fn plane(level_m: f64, tilt: [f64; 2], noise_m: f64, u_level_m: f64, kind: Kind) -> Self {
-        let center_m = [0.0; 2];
-        Self { center_m, level_m, tilt, noise_m, u_level_m, kind, film: None, surface: None }
+        Self {
+            center_m: [0.0; 2],
+            level_m,
+            tilt,
+            noise_m,
+            u_level_m,
+            kind,
+            bend: None,
+            wander_m: noise_m,
+            film: None,
+            surface: None,
+        }
     }
 
     /// A surface that was given; `noise_m` is that of the scan which is held against it.
@@ -110,43 +126,53 @@ impl Base {
 
     fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
         let [cx, cy] = self.center_m;
-        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy)
+        let bend = self.bend.map_or(0.0, |bend| bend.at(x - cx, y - cy));
+        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + bend
     }
 
     /// The base with a film over `patch` through what the ring leaves of the plane; cells that
     /// stand out of the ring's own scatter do not pull at it.
     pub(crate) fn with_film(mut self, patch: &Grid, ring: &[[f64; 3]]) -> Self {
         let off = |p: &[f64; 3]| [p[0], p[1], p[2] - self.plane_at([p[0], p[1]])];
-        let stray = REACH * self.noise_m;
+        let stray = REACH * self.wander_m;
         let left: Vec<_> = ring.iter().map(off).filter(|p| p[2].abs() <= stray).collect();
         let size = [patch.columns, patch.rows].map(|n| n as f64 * patch.cell_m);
         self.film = Some(Film::stretched(patch.origin_m, size, patch.cell_m, &left));
         self
     }
 
-    /// The plane through `ring` (x, y, height), stray cells weighing nothing; as yet without a film.
+    /// The plane through `ring`, cells (x, y, height) of edge `cell_m`, with the bend that it shows;
+    /// stray cells weigh nothing. As yet without a film.
     ///
     /// `None` where the ring is too small to say anything.
-    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]]) -> Option<Self> {
+    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
         if ring.len() < FEWEST {
             return None;
         }
-        let local: Vec<[f64; 3]> =
+        let mut local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
-        let seen = sector_medians(&local, |_| 0.0).len();
-        let kind = if seen < FEWEST_SECTORS { Kind::RingLevel } else { Kind::Ring };
+        let kind = if widest_gap(&local) < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
+        let bend = if kind == Kind::Ring { Bend::found(&local, cell_m) } else { None };
+        if let Some(bend) = bend {
+            local.iter_mut().for_each(|p| p[2] -= bend.at(p[0], p[1]));
+        }
         let plane = robust_plane(&local, kind)?;
         let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
-        let levels = sector_medians(&local, residuals);
+        let wander_m = wander(&local, &plane);
+        let ground: Vec<[f64; 3]> =
+            local.iter().copied().filter(|p| residuals(p).abs() <= REACH * wander_m).collect();
+        let levels = sector_medians(&ground, residuals);
         let spread = (levels.iter().map(|m| m * m).sum::<f64>() / to_f64(levels.len())).sqrt();
         let off: Vec<f64> = local.iter().map(residuals).collect();
         Some(Self {
             center_m,
             level_m: plane[0],
             tilt: [plane[1], plane[2]],
-            noise_m: scale(&off),
+            noise_m: scale(off.iter().copied()),
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
+            bend,
+            wander_m,
             film: None,
             surface: None,
         })
@@ -160,13 +186,30 @@ fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
 /// Height and tilt by iteratively reweighted least squares, starting from the median.
 fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
+    let even = even_weights(local);
     for _ in 0..ROUNDS {
         let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
-        let reach = REACH * scale(&off).max(f64::MIN_POSITIVE);
+        let reach = REACH * wander(local, &plane).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
-        plane = weighted_plane(local, off.iter().map(weigh), kind)?;
+        let weights = off.iter().zip(&even).map(|(r, even)| even * weigh(r));
+        plane = weighted_plane(local, weights, kind)?;
     }
     Some(plane)
+}
+
+/// How far ground lies from a plane: the scatter of the cells, or of whole sectors' levels where
+/// that is the larger. A sector that lies lower than the others is ground, not a stray.
+fn wander(local: &[[f64; 3]], plane: &Vector3<f64>) -> f64 {
+    let off = |p: &[f64; 3]| p[2] - value(plane, p);
+    let cells: Vec<f64> = local.iter().map(off).collect();
+    scale(cells).max(scale(sector_medians(local, off)))
+}
+
+/// Every sector counts alike, however many of its cells were seen.
+fn even_weights(local: &[[f64; 3]]) -> Vec<f64> {
+    let mut count = [0.0; SECTORS];
+    local.iter().for_each(|p| count[sector(p)] += 1.0);
+    local.iter().map(|p| 1.0 / count[sector(p)]).collect()
 }
 
 fn weighted_plane(
@@ -190,12 +233,21 @@ fn weighted_plane(
 /// The median of `of` in each sector around the origin that has points.
 fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
     let mut sectors: [Vec<f64>; SECTORS] = std::array::from_fn(|_| Vec::new());
-    for p in local {
-        let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
-        let sector = ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1);
-        sectors[sector].push(of(p));
-    }
+    local.iter().for_each(|p| sectors[sector(p)].push(of(p)));
     sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
+}
+
+fn sector(p: &[f64; 3]) -> usize {
+    let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
+    ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1)
+}
+
+/// The most sectors in a row that have no points.
+fn widest_gap(local: &[[f64; 3]]) -> usize {
+    let mut seen = [false; SECTORS];
+    local.iter().for_each(|p| seen[sector(p)] = true);
+    let empty_from = |from: usize| (0..SECTORS).take_while(|k| !seen[(from + k) % SECTORS]).count();
+    (0..SECTORS).map(empty_from).max().unwrap_or(0)
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells
@@ -217,7 +269,7 @@ mod tests {
     fn a_sloping_floor_with_debris_is_found() {
         let mut cells = ring(|x, y| 0.5 + 0.03 * x - 0.01 * y);
         cells.iter_mut().step_by(4).for_each(|c| c[2] += 0.4);
-        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
         assert!((base.at([5.0, 7.0]) - 0.58).abs() < 1e-9, "{base:?}");
         assert!((base.at([6.0, 9.0]) - (0.5 + 0.18 - 0.09)).abs() < 1e-9);
         assert_eq!(base.kind, Kind::Ring);
@@ -226,8 +278,8 @@ mod tests {
     #[test]
     fn a_ring_seen_on_one_side_keeps_the_grounds_tilt() {
         let cells: Vec<_> = ring(|_, _| 0.25).into_iter().filter(|p| p[0] > 6.0).collect();
-        let base = Base::around([5.0, 7.0], &cells).unwrap();
+        let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
         assert_eq!((base.kind, base.tilt, base.level_m), (Kind::RingLevel, [0.0; 2], 0.25));
-        assert_eq!(Base::around([5.0, 7.0], &cells[..5]), None);
+        assert_eq!(Base::around([5.0, 7.0], &cells[..5], 0.1), None);
     }
 }

@@ -1,6 +1,7 @@
 //! How well a volume is known, term by term (after the GUM; Anderson 2019, ESPL 44:1015).
 
 use super::base::Base;
+use super::gaps::Filled;
 use super::patch::{Patch, Zone};
 
 /// Standard uncertainties of a volume; independent of each other.
@@ -10,7 +11,8 @@ pub struct Budget {
     pub noise_m3: f64,
     /// The base's height, common to all cells.
     pub base_m3: f64,
-    /// Where the object ends: half the change when the toe is taken one cell wider.
+    /// Where the object ends: half the change when the toe is taken one cell wider; at walls,
+    /// whose face runs anywhere through the cells it was seen in, none of these cells or all.
     pub footprint_m3: f64,
     /// Cells that were filled, not seen.
     pub filled_m3: f64,
@@ -18,9 +20,9 @@ pub struct Budget {
     pub grid_m3: f64,
 }
 
-/// A filled height is as likely to be right as any from nought to twice its value: a rectangular
-/// distribution with this standard deviation (GUM 4.3.7).
-const FILLED: f64 = 0.577;
+/// The height of a cell that is half a wall is as likely to be right as any from nought to twice
+/// its value: a rectangular distribution with this standard deviation (GUM 4.3.7).
+const WALLED: f64 = 0.577;
 
 impl Budget {
     /// Standard uncertainty of the volume.
@@ -33,25 +35,26 @@ impl Budget {
             .sqrt()
     }
 
-    /// The budget of the object in `patch`, whose heights above the base are `above` as seen and
-    /// `filled` with the gaps closed.
-    pub(crate) fn of(patch: &Patch, base: &Base, above: &[f64], filled: &[f64], toe: u32) -> Self {
+    /// The budget of the object in `patch`, whose heights above the base are `gaps.above_m`.
+    pub(crate) fn of(patch: &Patch, base: &Base, gaps: &Filled, steps: u32) -> Self {
+        let filled = &gaps.above_m;
         let area = patch.grid.cell_m * patch.grid.cell_m;
         let held: Vec<usize> = patch.held().collect();
-        let share = |cell: usize| patch.part(cell).share;
+        let share = |cell: usize| patch.counted(cell).share;
         let sum = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a, b| a + b) * area;
         let cells: f64 = held.iter().map(|&c| share(c)).sum();
         let squares: f64 = held.iter().map(|&c| share(c) * share(c)).sum();
-        let gaps = held.iter().filter(|&&c| above[c].is_nan()).map(|&c| share(c) * filled[c]);
         let unknown = held.iter().map(|&c| share(c) * base.u_unknown_m(patch.grid.center(c)));
         // The toe is a few cells wide: its volume spread over them is what one more would hold.
-        let toe_m3 = sum(&mut patch.cells(Zone::Toe).map(|c| filled[c]));
+        let toe = |walled: bool| patch.cells(Zone::Toe).filter(move |&c| patch.walls[c] == walled);
+        let toe_m3 = sum(&mut toe(false).map(|c| filled[c]));
+        let walled_m3 = sum(&mut toe(true).map(|c| filled[c]));
         let curvature = held.iter().map(|&c| share(c) * laplacian(patch, filled, c));
         Self {
             noise_m3: squares.sqrt() * area * base.noise_m,
             base_m3: (cells * area * base.u_level_m).hypot(sum(&mut unknown.into_iter())),
-            footprint_m3: 0.5 * toe_m3.abs() / f64::from(toe.max(1)),
-            filled_m3: FILLED * sum(&mut gaps.map(f64::abs)),
+            footprint_m3: (0.5 * toe_m3.abs() / f64::from(steps.max(1))).hypot(WALLED * walled_m3),
+            filled_m3: gaps.u_m3,
             grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
         }
     }

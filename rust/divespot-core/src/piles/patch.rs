@@ -1,5 +1,6 @@
 //! The part of the height map around one object.
 
+use super::hidden;
 use super::region::Part;
 use super::territory::{NOBODY, Territory};
 use crate::error::{Error, Result};
@@ -19,14 +20,17 @@ pub(crate) enum Zone {
 }
 
 /// A window of the height map with every cell's zone.
+#[derive(Debug, Clone)]
 pub(crate) struct Patch {
     pub(crate) grid: Grid,
     pub(crate) heights_m: Vec<f64>,
     pub(crate) zones: Vec<Zone>,
-    /// Cells that belong to the unseen region beyond the scan's edge.
+    /// Cells beyond the scan's edge.
     pub(crate) beyond: Vec<bool>,
-    /// Core cells on the edge of the whole map, whose toe is cut off.
-    pub(crate) cut: usize,
+    /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
+    pub(crate) border: Vec<bool>,
+    /// Cells of walls at the core's edge and in its toe's place.
+    pub(crate) walls: Vec<bool>,
     /// The part of each cell that counts, where an outline runs through cells.
     parts: Option<Vec<Part>>,
 }
@@ -34,18 +38,19 @@ pub(crate) struct Patch {
 /// The whole height map.
 pub(crate) struct Scene<'a> {
     pub(crate) grid: &'a Grid,
-    pub(crate) heights_m: &'a [f64],
-    /// Unseen cells that are joined to the map's edge.
+    pub(crate) heights_m: Vec<f64>,
+    /// Cells outside the convex hull of what was seen.
     pub(crate) beyond: Vec<bool>,
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of a height map with one height a cell.
-    pub(crate) fn new(grid: &'a Grid, heights_m: &'a [f64]) -> Result<Self> {
+    /// The scene of a height map with one height a cell; cells that are nearly alone count as unseen.
+    pub(crate) fn new(grid: &'a Grid, heights_m: &[f64]) -> Result<Self> {
         if heights_m.len() != grid.len() {
             return Err(Error::Degenerate("one height for each cell is needed"));
         }
-        Ok(Self { grid, heights_m, beyond: flood(grid, |cell| heights_m[cell].is_nan()) })
+        let heights_m = hidden::without_lone(grid, heights_m);
+        Ok(Self { grid, beyond: hidden::beyond(grid, &heights_m), heights_m })
     }
 }
 
@@ -105,11 +110,11 @@ impl Patch {
         let [x, y] = scene.grid.center(cells[0]);
         let half = 0.5 * scene.grid.cell_m;
         let [columns, rows] = window.size();
-        let core = cells.iter().zip(&zones).filter(|(_, zone)| **zone == Zone::Core);
         Self {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
-            cut: core.filter(|(cell, _)| scene.grid.is_border(**cell)).count(),
+            border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
+            walls: vec![false; cells.len()],
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
             parts: None,
@@ -123,7 +128,7 @@ impl Patch {
     }
 
     /// The part of a cell that counts.
-    pub(crate) fn part(&self, cell: usize) -> Part {
+    pub(crate) fn counted(&self, cell: usize) -> Part {
         match (&self.parts, self.zones[cell]) {
             (Some(parts), _) => parts[cell],
             (None, Zone::Core | Zone::Toe) => Part::WHOLE,
@@ -133,7 +138,7 @@ impl Patch {
 
     /// The cells of which something counts.
     pub(crate) fn held(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.zones.len()).filter(|&cell| self.part(cell).share > 0.0)
+        (0..self.zones.len()).filter(|&cell| self.counted(cell).share > 0.0)
     }
 
     /// Cells that the core encloses belong to it, seen or not, unless they are another object's.
@@ -146,16 +151,31 @@ impl Patch {
         }
     }
 
+    /// The part of the object that holds the cells whose middles are `kept`; around it the same
+    /// ground.
+    pub(crate) fn part(&self, kept: impl Fn([f64; 2]) -> bool) -> Self {
+        let zone = |(cell, &zone): (usize, &Zone)| match zone {
+            Zone::Core | Zone::Toe if !kept(self.grid.center(cell)) => Zone::Outside,
+            _ => zone,
+        };
+        let zones = self.zones.iter().enumerate().map(zone).collect();
+        Self { zones, ..self.clone() }
+    }
+
     /// The cells of a zone.
     pub(crate) fn cells(&self, wanted: Zone) -> impl Iterator<Item = usize> + '_ {
         (0..self.zones.len()).filter(move |&cell| self.zones[cell] == wanted)
     }
 
+    /// Core cells with a neighbour outside the core, or on the map's edge.
+    pub(crate) fn rim(&self) -> impl Iterator<Item = usize> + '_ {
+        let is_core = |&n: &usize| self.zones[n] == Zone::Core;
+        self.cells(Zone::Core).filter(move |&cell| self.around(cell, 1).filter(is_core).count() < 9)
+    }
+
     /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
-    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + '_ {
-        let span = -reach..=reach;
-        span.clone()
-            .flat_map(move |dy| span.clone().filter_map(move |dx| self.grid.neighbor(cell, dx, dy)))
+    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + use<> {
+        self.grid.around(cell, reach)
     }
 }
 
@@ -201,9 +221,18 @@ fn windows(grid: &Grid, owner: &[i32]) -> Vec<Option<Window>> {
 
 /// The cells that can be reached from the grid's border through `passable` cells.
 pub(crate) fn flood(grid: &Grid, passable: impl Fn(usize) -> bool) -> Vec<bool> {
+    let border = (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    spread(grid, border, passable)
+}
+
+/// The cells that can be reached from `seeds` through `passable` cells, `seeds` included.
+pub(crate) fn spread(
+    grid: &Grid,
+    seeds: Vec<usize>,
+    passable: impl Fn(usize) -> bool,
+) -> Vec<bool> {
     let mut reached = vec![false; grid.len()];
-    let mut stack: Vec<usize> =
-        (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    let mut stack = seeds;
     stack.iter().for_each(|&cell| reached[cell] = true);
     while let Some(cell) = stack.pop() {
         for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {

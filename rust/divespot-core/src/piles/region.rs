@@ -1,8 +1,9 @@
 //! Measuring inside given outlines instead of finding objects.
 
+use super::object::{Object, object, on_base};
 use super::patch::{Patch, Reach, Scene, Zone};
 use super::territory::{NOBODY, Territory};
-use super::{Object, Settings, object, on_base, to_f64};
+use super::{Settings, to_f64};
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 
@@ -12,6 +13,8 @@ const OTHERS: i32 = 1;
 
 /// A closed line; its last corner is not its first again.
 pub type Ring = Vec<[f64; 2]>;
+
+const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan is needed";
 
 /// Coverage may be off by this much from rounding.
 const ROUNDING: f64 = 1e-6;
@@ -47,17 +50,16 @@ impl Region {
 
     /// The cells that lie inside and the part of each that does, exactly: the lines are clipped to
     /// its square.
-    fn parts(&self, grid: &Grid) -> Result<Vec<(usize, Part)>> {
+    fn parts(&self, grid: &Grid, number: usize) -> Result<Vec<(usize, Part)>> {
         let mut sums = vec![[0.0; 3]; grid.len()];
         for ring in &self.rings {
             add_moments(grid, ring, &mut sums);
         }
         let area = grid.cell_m * grid.cell_m;
         if sums.iter().any(|s| !(-ROUNDING..=1.0 + ROUNDING).contains(&(s[0] / area))) {
-            return Err(Error::Degenerate(
-                "lines of an outline overlap, or a hole lies outside: an area that is covered \
-                 once is needed",
-            ));
+            let problem = "has lines that overlap, or a hole outside: an area that is covered \
+                           once is needed";
+            return Err(Error::Outline { number, problem });
         }
         let inside = sums.into_iter().enumerate().map(|(cell, sums)| (cell, part(sums, area)));
         Ok(inside.filter(|(_, part)| part.share > 0.0).collect())
@@ -143,7 +145,7 @@ fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
 ///
 /// The slope between the neighbours carries the cell's height from its middle.
 pub(crate) fn part_height(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
-    let part = patch.part(cell);
+    let part = patch.counted(cell);
     let rise = |k: usize| {
         if part.off_m[k] == 0.0 { 0.0 } else { part.off_m[k] * slope(patch, filled, cell, k) }
     };
@@ -181,26 +183,28 @@ pub fn measure_inside(
 ) -> Result<Vec<Object>> {
     let scene = Scene::new(grid, heights_m)?;
     let parts: Vec<Vec<(usize, Part)>> =
-        regions.iter().map(|region| region.parts(grid)).collect::<Result<_>>()?;
+        regions.iter().zip(1..).map(|(region, n)| region.parts(grid, n)).collect::<Result<_>>()?;
     let mut labels = vec![NOBODY; grid.len()];
     parts.iter().flatten().for_each(|(cell, _)| labels[*cell] = OTHERS);
     let settings = Settings { toe_cells: 0, ..settings.clone() };
     let measured = (0i32..).zip(regions.iter().zip(&parts)).map(|(label, (region, parts))| {
-        let patch = patch(&scene, &labels, parts, &settings)?;
+        let number = label as usize + 1;
+        let nothing = Error::Outline { number, problem: NOTHING };
+        let patch = patch(&scene, &labels, parts, &settings).ok_or(nothing)?;
         Ok(inside(label, region, &patch, &settings))
     });
     measured.collect()
 }
 
-/// The window around one region, among cells that are taken by any.
+/// The window around one region, among cells that are taken by any; none where nothing was seen.
 fn patch(
     scene: &Scene<'_>,
     taken: &[i32],
     parts: &[(usize, Part)],
     settings: &Settings,
-) -> Result<Patch> {
+) -> Option<Patch> {
     if parts.iter().all(|(cell, _)| scene.heights_m[*cell].is_nan()) {
-        return Err(Error::Degenerate("an outline lies where the scan saw nothing"));
+        return None;
     }
     let mut labels = taken.to_vec();
     let mut counts = vec![Part::default(); labels.len()];
@@ -209,10 +213,9 @@ fn patch(
     }
     let reach = Reach::each(&labels, 0, settings.ring_share);
     let territory = Territory::grow(scene.grid, &labels, reach[0].ring);
-    let found = Patch::all(scene, &labels, &territory, &reach).into_iter().next();
-    let (_, mut patch) = found.ok_or(Error::Degenerate("an outline covers no cell"))?;
-    patch.count_parts(|[x, y]| counts[scene.grid.cell(&[x, y, 0.0])]);
-    Ok(patch)
+    let (_, mut patch) = Patch::all(scene, &labels, &territory, &reach).into_iter().next()?;
+    patch.count_parts(|center| counts[scene.grid.cell(&center)]);
+    Some(patch)
 }
 
 /// The object inside a region: whatever it looks like, it is what was asked for.
@@ -223,12 +226,13 @@ fn inside(label: i32, region: &Region, patch: &Patch, settings: &Settings) -> Ob
     let on_map = object.footprint_m2 / whole_m2;
     let on_map = if on_map > 1.0 - ROUNDING { 1.0 } else { on_map };
     let area = patch.grid.cell_m * patch.grid.cell_m;
-    let held = patch.cells(Zone::Core).filter(|&c| !patch.beyond[c]).map(|c| patch.part(c).share);
+    let held =
+        patch.cells(Zone::Core).filter(|&c| !patch.beyond[c]).map(|c| patch.counted(c).share);
     let within = held.sum::<f64>() * area / whole_m2;
     Object {
         outline_m: on_base(&object.base, line),
         seen_fraction: object.seen_fraction * on_map,
-        touches_edge: within < 1.0 - super::CUT_OFF,
+        touches_edge: within < 1.0 - super::object::CUT_OFF,
         reason: None,
         ..object
     }
@@ -245,7 +249,7 @@ mod tests {
     }
 
     fn covered(region: &Region) -> f64 {
-        region.parts(&GRID).unwrap().iter().map(|(_, part)| part.share).sum::<f64>() * 0.25
+        region.parts(&GRID, 1).unwrap().iter().map(|(_, part)| part.share).sum::<f64>() * 0.25
     }
 
     /// The first moment of what is covered, from the parts.
@@ -253,7 +257,7 @@ mod tests {
         let at = |(cell, part): &(usize, Part)| {
             part.share * 0.25 * (GRID.center(*cell)[k] + part.off_m[k])
         };
-        region.parts(&GRID).unwrap().iter().map(at).sum()
+        region.parts(&GRID, 1).unwrap().iter().map(at).sum()
     }
 
     #[test]
@@ -298,8 +302,8 @@ mod tests {
     fn lines_that_overlap_are_refused() {
         let twice =
             vec![rectangle([11.0, 21.0], [13.0, 23.0]), rectangle([12.0, 22.0], [14.0, 24.0])];
-        assert!(Region { rings: twice }.parts(&GRID).is_err());
+        assert!(Region { rings: twice }.parts(&GRID, 1).is_err());
         let bow = vec![[11.0, 21.0], [14.0, 21.0], [11.0, 24.0], [14.0, 24.0]];
-        assert!(Region { rings: vec![bow] }.parts(&GRID).is_err());
+        assert!(Region { rings: vec![bow] }.parts(&GRID, 1).is_err());
     }
 }

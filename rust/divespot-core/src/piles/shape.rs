@@ -1,6 +1,7 @@
 //! Whether an object can be a pile of bulk material.
 
 use super::patch::{Patch, Zone};
+use super::wall;
 
 /// Poured material runs out to the ground. The rim of what stands clear of the ground is therefore
 /// low: at most this share of the object's height.
@@ -10,9 +11,9 @@ const HIGH_SHARE: f64 = 0.5;
 /// The object's height is the one that this share of its cells stays below.
 const TOP: f64 = 0.95;
 
-/// No bulk material stands steeper than 60°, so no pile is higher than this many times the radius
-/// of a disc as large as it is: a rod with a skirt of flying pixels is.
-const SLENDER: f64 = 1.732;
+/// No bulk material stands steeper than 60°, rise over run. So no pile is higher than this many times
+/// the radius of a disc as large as it is: a rod with a skirt of flying pixels is.
+pub(crate) const STEEPEST: f64 = 1.732;
 
 /// Why an object is no pile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,30 +22,28 @@ pub enum Reason {
     SteepSides,
     /// It is nowhere three cells wide.
     Thin,
+    /// Its summit borders the shadow of something steep: haze, or a pile that is half hidden.
+    Shadow,
+    /// Too little of it was seen for a volume that could be answered for.
+    TooLittleSeen,
 }
 
 /// The reason why the object is no pile, if there is one.
 pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Reason> {
-    let rim: Vec<usize> = rim(patch).collect();
+    let rim: Vec<usize> = patch.rim().collect();
     if rim.len() == patch.cells(Zone::Core).count() {
         return Some(Reason::Thin);
     }
     let top = top(patch, above);
-    if top > SLENDER * radius(patch) {
+    if top > STEEPEST * radius(patch) {
         return Some(Reason::SteepSides);
     }
     let low = (LOW * top).max(2.0 * margin_m);
     let high = |&cell: &usize| above[cell] > low;
-    let seen: Vec<usize> =
-        rim.into_iter().filter(|&cell| sees_outside(patch, above, cell)).collect();
+    let tells = |&cell: &usize| sees_outside(patch, above, cell) && !wall::is_beside(patch, cell);
+    let seen: Vec<usize> = rim.into_iter().filter(tells).collect();
     let share = seen.iter().filter(|cell| high(cell)).count() as f64 / seen.len().max(1) as f64;
     (share > HIGH_SHARE).then_some(Reason::SteepSides)
-}
-
-/// Core cells with a neighbour outside the core, or on the map's edge.
-fn rim(patch: &Patch) -> impl Iterator<Item = usize> + '_ {
-    let is_core = |&n: &usize| patch.zones[n] == Zone::Core;
-    patch.cells(Zone::Core).filter(move |&cell| patch.around(cell, 1).filter(is_core).count() < 9)
 }
 
 /// Whether something was seen just beyond a rim cell; where not, the object may go on.

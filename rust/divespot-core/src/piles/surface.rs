@@ -1,9 +1,9 @@
 //! An earlier scan of the empty floor, or a saved base, as what objects stand on.
 
 use super::base::Base;
-use super::statistics::{median, scale};
 use super::territory::FOUR;
 use crate::heightmap::{Grid, HeightMap, height_map_on};
+use crate::robust::{median, scale};
 use crate::{Error, Point, Result};
 
 /// The noise of a cell less the mean of its four neighbours, in parts of a cell's own.
@@ -36,7 +36,7 @@ impl Surface {
         let noise_m = noise(&map);
         close_small_gaps(&mut map);
         let seen: Vec<Point> = (0..grid.len()).filter_map(|cell| place(&map, cell)).collect();
-        let plane = Base::around(middle(&seen), &seen).ok_or(Error::TooFewPoints {
+        let plane = Base::around(middle(&seen), &seen, grid.cell_m).ok_or(Error::TooFewPoints {
             what: "a surface that shares its place with the scan",
             given: seen.len(),
             needed: super::base::FEWEST,
@@ -51,12 +51,12 @@ impl Surface {
     }
 
     /// Whether the surface rests on what was seen at a place of the grid.
-    pub(crate) fn is_known(&self, [x, y]: [f64; 2]) -> bool {
-        self.known[self.grid.cell(&[x, y, 0.0])]
+    pub(crate) fn is_known(&self, p: [f64; 2]) -> bool {
+        self.known[self.grid.cell(&p)]
     }
 
-    pub(crate) fn at(&self, [x, y]: [f64; 2]) -> f64 {
-        self.heights_m[self.grid.cell(&[x, y, 0.0])]
+    pub(crate) fn at(&self, p: [f64; 2]) -> f64 {
+        self.heights_m[self.grid.cell(&p)]
     }
 
     pub(crate) fn u_unknown_m(&self, p: [f64; 2]) -> f64 {
@@ -90,7 +90,7 @@ fn noise(map: &HeightMap) -> f64 {
         let off = map.heights_m[cell] - mean(&around);
         (around.len() == FOUR.len() && !off.is_nan()).then_some(off)
     });
-    scale(&off.collect::<Vec<_>>()) / OF_FOUR
+    scale(off) / OF_FOUR
 }
 
 /// Gives cells without points the mean of two seen neighbours or more.

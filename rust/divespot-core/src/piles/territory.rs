@@ -15,7 +15,7 @@ pub(crate) struct Territory {
 }
 
 pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
-const EIGHT: [(isize, isize); 8] =
+pub(crate) const EIGHT: [(isize, isize); 8] =
     [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
 impl Territory {

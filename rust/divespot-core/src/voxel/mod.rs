@@ -1,13 +1,11 @@
 //! Voxel downsampling: one point, the mean, a voxel.
 
+mod dense;
+mod sparse;
+
 use crate::error::positive;
 use crate::fixed::Fixed;
-use crate::order::{Keyed, keyed_by, sort_by_key};
-use crate::parallel::map_chunks;
 use crate::{Bounds, Error, Point, Result, thread_count};
-
-/// Points that a thread takes at a time.
-const CHUNK: usize = 4096;
 
 /// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
 ///
@@ -42,84 +40,77 @@ pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Resul
     positive("voxel_m", voxel_m)?;
     let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Voxels::default()) };
     let threads = thread_count(threads);
-    let fixed = Fixed::new(voxel_m, u32::MAX as usize);
-    let grid = Grid { origin: bounds.min, voxel_m, fixed };
-    let sorted = grid.sort(points, bounds.max, threads)?;
-    let voxels: Vec<&[Keyed]> = sorted.chunk_by(|a, b| a.key == b.key).collect();
-    let means = map_chunks(voxels.len(), CHUNK / 4, threads, |range| {
-        voxels[range].iter().map(|rows| grid.mean(points, rows)).collect::<Vec<Point>>()
-    });
-    let counts = voxels.iter().map(|rows| count(rows)).collect();
-    Ok(Voxels { means: means.into_iter().flatten().collect(), counts })
+    let grid = Grid::new(&bounds, voxel_m)?;
+    Ok(dense::voxels(points, &grid, threads)
+        .unwrap_or_else(|| sparse::voxels(points, &grid, threads)))
 }
 
-/// Rows in a voxel; their numbers are `u32`, so is the number of them.
-fn count(rows: &[Keyed]) -> u32 {
-    rows.len() as u32
-}
-
+/// The cubes over a box.
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     origin: Point,
     voxel_m: f64,
     fixed: Fixed,
+    /// The highest cell along each axis.
+    last: [u64; 3],
 }
 
 impl Grid {
+    fn new(bounds: &Bounds, voxel_m: f64) -> Result<Self> {
+        let fixed = Fixed::new(voxel_m, u32::MAX as usize);
+        let grid = Self { origin: bounds.min, voxel_m, fixed, last: [0; 3] };
+        let cells = grid.steps(&bounds.max).into_iter().fold(0.0, f64::max) + 1.0;
+        if cells > MOST_CELLS {
+            return Err(Error::GridTooLarge { name: "voxel_m", cells });
+        }
+        Ok(Self { last: grid.cell(&bounds.max), ..grid })
+    }
+
     /// The cell of `p` along each axis.
+    #[inline]
     fn cell(&self, p: &Point) -> [u64; 3] {
         self.steps(p).map(|v| v as i64 as u64) // faster than a cast straight to u64
     }
 
     /// How many voxels lie between the grid's start and `p`.
+    #[inline]
     fn steps(&self, p: &Point) -> Point {
         std::array::from_fn(|k| (p[k] - self.origin[k]) / self.voxel_m + ANCHOR)
     }
 
-    /// The rows with a key per voxel, sorted by z, y, x of their cells.
-    fn sort(&self, points: &[Point], max: Point, threads: usize) -> Result<Vec<Keyed>> {
-        let cells = self.steps(&max).into_iter().fold(0.0, f64::max) + 1.0;
-        if cells > MOST_CELLS {
-            return Err(Error::GridTooLarge { name: "voxel_m", cells });
-        }
-        let bits = self.cell(&max).map(|last| u64::BITS - last.leading_zeros());
-        if bits.iter().sum::<u32>() > u64::BITS {
-            return Ok(self.sort_by_axis(points));
-        }
-        let pack = |[x, y, z]: [u64; 3]| (z << bits[1] | y) << bits[0] | x;
-        Ok(sort_by_key(keyed_by(points, threads, |p| pack(self.cell(p)))))
+    /// The place of a cell, relative to the origin.
+    #[inline]
+    fn corner(&self, cell: [u64; 3]) -> Point {
+        cell.map(|c| c as i64 as f64 * self.voxel_m)
     }
 
-    /// The same where three cell numbers do not fit one key.
-    fn sort_by_axis(&self, points: &[Point]) -> Vec<Keyed> {
-        let cell = |row: u32| self.cell(&points[row as usize]);
-        let mut rows = keyed_by(points, 1, |_| 0);
-        for axis in 0..3 {
-            rows.iter_mut().for_each(|r| r.key = cell(r.row)[axis]);
-            rows = sort_by_key(rows);
-        }
-        let mut voxel = 0;
-        let mut previous = None;
-        for r in &mut rows {
-            let own = Some(cell(r.row));
-            voxel += u64::from(own != previous);
-            previous = own;
-            r.key = voxel;
-        }
-        rows
+    /// The place of `p` in its cell; a cell's edge is 2³⁰ at most.
+    #[inline]
+    fn inside(&self, cell: [u64; 3], p: &Point) -> [i32; 3] {
+        let corner = self.corner(cell);
+        std::array::from_fn(|k| self.fixed.encode(p[k] - self.origin[k] - corner[k]) as i32)
+    }
+}
+
+/// The points of one voxel.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    /// The sums of their distances from the voxel's corner along each axis.
+    xyz: [i64; 3],
+    count: u32,
+}
+
+impl Sums {
+    #[inline]
+    fn add(&mut self, inside: [i32; 3]) {
+        (0..3).for_each(|k| self.xyz[k] += i64::from(inside[k]));
+        self.count += 1;
     }
 
-    /// The mean of the points in one voxel.
-    fn mean(&self, points: &[Point], rows: &[Keyed]) -> Point {
-        let corner = self.cell(&points[rows[0].row as usize]).map(|c| c as f64 * self.voxel_m);
-        let mut sums = [0_i64; 3];
-        for row in rows {
-            let p = &points[row.row as usize];
-            for k in 0..3 {
-                sums[k] += self.fixed.encode(p[k] - self.origin[k] - corner[k]);
-            }
-        }
-        std::array::from_fn(|k| self.origin[k] + corner[k] + self.fixed.mean(sums[k], count(rows)))
+    fn mean(&self, grid: &Grid, cell: [u64; 3]) -> Point {
+        let corner = grid.corner(cell);
+        let inside = self.xyz.map(|sum| grid.fixed.mean(sum as f64, self.count));
+        std::array::from_fn(|k| grid.origin[k] + corner[k] + inside[k])
     }
 }
 

@@ -20,9 +20,58 @@ pub(crate) struct Film {
     heights_m: Vec<f64>,
 }
 
-struct Data {
+/// A node that moves, and what pulls at it beside its neighbours.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Node {
+    at: usize,
     weight: f64,
     sum: f64,
+}
+
+impl Node {
+    /// A node that only its neighbours pull at.
+    pub(crate) fn free(at: usize) -> Self {
+        Self { at, weight: 0.0, sum: 0.0 }
+    }
+}
+
+/// Moves `nodes` of a grid until each lies in balance between its neighbours and what pulls at
+/// it; the others stay, and those of no height (NaN) pull at nothing. `largest_m` is the scale
+/// of the heights.
+pub(crate) fn relax(heights_m: &mut [f64], columns: usize, nodes: &[Node], largest_m: f64) {
+    for _ in 0..SWEEPS {
+        if sweep(heights_m, columns, nodes) <= SETTLED * largest_m {
+            break;
+        }
+    }
+}
+
+/// Moves every node towards its balance; the largest move.
+fn sweep(heights_m: &mut [f64], columns: usize, nodes: &[Node]) -> f64 {
+    let mut largest = 0.0_f64;
+    for node in nodes {
+        let near = neighbors(heights_m, columns, node.at);
+        let (sum, count) = near.fold((0.0, 0.0), |(s, n), h| (s + h, n + 1.0));
+        if count + node.weight == 0.0 {
+            continue;
+        }
+        let balance = (sum + node.sum) / (count + node.weight);
+        let step = RELAXATION * (balance - heights_m[node.at]);
+        heights_m[node.at] += step;
+        largest = largest.max(step.abs());
+    }
+    largest
+}
+
+fn neighbors(heights_m: &[f64], columns: usize, node: usize) -> impl Iterator<Item = f64> + '_ {
+    let column = node % columns;
+    let left = (column > 0).then(|| node - 1);
+    let right = (column + 1 < columns).then_some(node + 1);
+    let below = node.checked_sub(columns);
+    [left, right, below, Some(node + columns)]
+        .into_iter()
+        .filter_map(|n| heights_m.get(n?).copied())
+        .filter(|h| !h.is_nan())
 }
 
 impl Film {
@@ -37,20 +86,15 @@ impl Film {
         let nodes = size_m.map(|s| (s / step_m).ceil() as usize + 1);
         let mut film =
             Self { origin_m, step_m, columns: nodes[0], heights_m: vec![0.0; nodes[0] * nodes[1]] };
-        let data = film.gather(ring);
+        let nodes = film.gather(ring);
         let largest = ring.iter().map(|p| p[2].abs()).fold(0.0, f64::max);
-        for _ in 0..SWEEPS {
-            if film.sweep(&data) <= SETTLED * largest {
-                break;
-            }
-        }
+        relax(&mut film.heights_m, film.columns, &nodes, largest);
         film
     }
 
     /// Every cell pulls at its nearest node.
-    fn gather(&self, ring: &[[f64; 3]]) -> Vec<Data> {
-        let mut data: Vec<Data> =
-            self.heights_m.iter().map(|_| Data { weight: 0.0, sum: 0.0 }).collect();
+    fn gather(&self, ring: &[[f64; 3]]) -> Vec<Node> {
+        let mut data: Vec<Node> = (0..self.heights_m.len()).map(Node::free).collect();
         for p in ring {
             let (x, y) = self.place([p[0], p[1]]);
             let node = y.round() as usize * self.columns + x.round() as usize;
@@ -58,29 +102,6 @@ impl Film {
             data[node].sum += PULL * p[2];
         }
         data
-    }
-
-    /// Moves every node towards its balance; the largest move.
-    fn sweep(&mut self, data: &[Data]) -> f64 {
-        let mut largest = 0.0_f64;
-        for (node, data) in data.iter().enumerate() {
-            let (sum, count) = self.neighbors(node).fold((0.0, 0.0), |(s, n), h| (s + h, n + 1.0));
-            let balance = (sum + data.sum) / (count + data.weight);
-            let step = RELAXATION * (balance - self.heights_m[node]);
-            self.heights_m[node] += step;
-            largest = largest.max(step.abs());
-        }
-        largest
-    }
-
-    fn neighbors(&self, node: usize) -> impl Iterator<Item = f64> + '_ {
-        let column = node % self.columns;
-        let left = (column > 0).then(|| node - 1);
-        let right = (column + 1 < self.columns).then_some(node + 1);
-        let below = node.checked_sub(self.columns);
-        [left, right, below, Some(node + self.columns)]
-            .into_iter()
-            .filter_map(|n| self.heights_m.get(n?).copied())
     }
 
     /// The film's height, between its nodes in proportion.
@@ -134,5 +155,21 @@ mod tests {
         assert!((film.at([19.5, 19.5]) - 1.0).abs() < 0.01);
         let level = Film::stretched([0.0; 2], [4.0; 2], 1.0, &[[0.0, 0.0, 0.25]]);
         assert!((level.at([3.0, 1.0]) - 0.25).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_gap_is_crossed_and_what_is_unknown_pulls_at_nothing() {
+        let plane = |node: usize| 0.3 * (node % 9) as f64 - 0.1 * (node / 9) as f64;
+        let mut heights: Vec<f64> = (0..81).map(plane).collect();
+        let gap: Vec<usize> = (0..81).filter(|n| (2..7).contains(&(n % 9)) && *n > 17).collect();
+        gap.iter().for_each(|&node| heights[node] = 0.0);
+        heights[80] = f64::NAN;
+        let nodes: Vec<Node> = gap.iter().filter(|n| **n < 63).map(|&n| Node::free(n)).collect();
+        (63..81).for_each(|node| heights[node] = plane(node));
+        relax(&mut heights, 9, &nodes, 1.0);
+        gap.iter().for_each(|&n| assert!((heights[n] - plane(n)).abs() < 1e-3, "{n}"));
+        let mut alone = [f64::NAN, 0.5, f64::NAN];
+        relax(&mut alone, 3, &[Node::free(1)], 1.0);
+        assert_eq!(alone[1], 0.5);
     }
 }

@@ -1,0 +1,201 @@
+//! The nearest neighbours of a few places among many points.
+//!
+//! The kd-tree is split at medians of a small part of the points and left coarse: to deal the
+//! points out takes longer than to search, and a few thousand searches pay for no more.
+
+use std::cmp::Ordering;
+
+use crate::Point;
+use crate::parallel::fill_chunks;
+use crate::sample::mix;
+
+/// Points in a leaf, about.
+const LEAF: usize = 128;
+/// A split is the median of this share of the points below it.
+const SHARE: usize = 16;
+/// Points that a thread takes at a time.
+const CHUNK: usize = 1 << 13;
+
+/// A kd-tree of points. What is found does not depend on how it was split.
+pub(crate) struct Tree<'a> {
+    points: &'a [Point],
+    /// Axis and place of each split; the children of `i` are `2 i + 1` and `2 i + 2`. Their
+    /// number is one less than that of the leaves, a power of two.
+    splits: Vec<(usize, f64)>,
+    /// Indices of the points, leaf by leaf.
+    rows: Vec<u32>,
+    /// The end of each leaf in `rows`.
+    ends: Vec<u32>,
+}
+
+impl<'a> Tree<'a> {
+    pub(crate) fn new(points: &'a [Point], threads: usize) -> Self {
+        let leaves = (points.len() / LEAF).max(1).next_power_of_two();
+        let splits = splits(points, leaves);
+        let mut homes = vec![0_u32; points.len()];
+        fill_chunks(&mut homes, CHUNK, threads, |first, piece| {
+            piece.iter_mut().zip(&points[first..]).for_each(|(home, p)| *home = leaf(&splits, p));
+        });
+        let (rows, ends) = dealt(&homes, leaves);
+        Self { points, splits, rows, ends }
+    }
+
+    /// The `count` positions nearest to `at` with their squared distances, the nearest first;
+    /// among equally distant ones those with the lowest coordinates.
+    pub(crate) fn nearest(&self, at: &Point, count: usize) -> Vec<(f64, Point)> {
+        let mut search = Search { tree: self, at, count, found: Vec::with_capacity(count + 1) };
+        search.below(0, [0.0; 3]);
+        search.found
+    }
+
+    fn leaf(&self, leaf: usize) -> impl Iterator<Item = &Point> {
+        let start = if leaf == 0 { 0 } else { self.ends[leaf - 1] };
+        self.rows[start as usize..self.ends[leaf] as usize]
+            .iter()
+            .map(|&row| &self.points[row as usize])
+    }
+}
+
+struct Search<'a> {
+    tree: &'a Tree<'a>,
+    at: &'a Point,
+    count: usize,
+    found: Vec<(f64, Point)>,
+}
+
+impl Search<'_> {
+    /// Searches below a node that is `away` along each axis.
+    fn below(&mut self, node: usize, away: Point) {
+        let Some(&(axis, split)) = self.tree.splits.get(node) else {
+            self.tree.leaf(node - self.tree.splits.len()).for_each(|p| self.offer(p));
+            return;
+        };
+        let beyond = self.at[axis] - split;
+        let far_is_left = usize::from(beyond >= 0.0);
+        self.below(2 * node + 1 + far_is_left, away);
+        let mut across = away;
+        across[axis] = beyond;
+        // Rounded as the distances are, hence never above that of a point there.
+        if !self.full() || square(across) <= self.worst() {
+            self.below(2 * node + 2 - far_is_left, across);
+        }
+    }
+
+    fn full(&self) -> bool {
+        self.found.len() == self.count
+    }
+
+    fn worst(&self) -> f64 {
+        self.found.last().map_or(f64::INFINITY, |last| last.0)
+    }
+
+    #[inline]
+    fn offer(&mut self, p: &Point) {
+        let distance = square(std::array::from_fn(|k| p[k] - self.at[k]));
+        if self.full() && distance > self.worst() {
+            return;
+        }
+        let before = |other: &(f64, Point)| compare(other, &(distance, *p)) == Ordering::Less;
+        let place = self.found.partition_point(before);
+        self.found.insert(place, (distance, *p));
+        self.found.truncate(self.count);
+    }
+}
+
+fn compare(a: &(f64, Point), b: &(f64, Point)) -> Ordering {
+    a.partial_cmp(b).unwrap_or(Ordering::Equal)
+}
+
+#[inline]
+fn square([x, y, z]: Point) -> f64 {
+    x * x + y * y + z * z
+}
+
+/// Splits that part `points` into as many leaves, a power of two, of about equal size.
+fn splits(points: &[Point], leaves: usize) -> Vec<(usize, f64)> {
+    let drawn = |i: u64| points[(mix(i) % points.len() as u64) as usize];
+    let mut sample: Vec<Point> = (0..(points.len() / SHARE) as u64).map(drawn).collect();
+    let mut splits = Vec::with_capacity(leaves - 1);
+    let mut level: Vec<&mut [Point]> = vec![&mut sample];
+    while level.len() < leaves {
+        level = level.into_iter().flat_map(|part| halves(part, &mut splits)).collect();
+    }
+    splits
+}
+
+/// Both halves of some points, parted where they spread most.
+fn halves<'a>(part: &'a mut [Point], splits: &mut Vec<(usize, f64)>) -> [&'a mut [Point]; 2] {
+    let axis = widest(part);
+    let middle = part.len() / 2;
+    if middle > 0 {
+        part.select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
+    }
+    splits.push((axis, part.get(middle).map_or(0.0, |p| p[axis])));
+    part.split_at_mut(middle).into()
+}
+
+fn widest(part: &[Point]) -> usize {
+    let extent = crate::Bounds::of(part.iter().copied()).map_or([0.0; 3], |b| b.extent());
+    (0..3).fold(0, |widest, k| if extent[k] > extent[widest] { k } else { widest })
+}
+
+/// The leaf that a point belongs to.
+#[inline]
+fn leaf(splits: &[(usize, f64)], p: &Point) -> u32 {
+    let mut node = 0;
+    while let Some(&(axis, split)) = splits.get(node) {
+        node = 2 * node + 1 + usize::from(p[axis] >= split);
+    }
+    (node - splits.len()) as u32
+}
+
+/// The rows in the order of their leaves, and where each leaf ends.
+fn dealt(homes: &[u32], leaves: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut ends = vec![0_u32; leaves];
+    homes.iter().for_each(|&home| ends[home as usize] += 1);
+    let mut start = 0;
+    for end in &mut ends {
+        start += std::mem::replace(end, start);
+    }
+    let mut rows = vec![0; homes.len()];
+    for (row, &home) in (0..).zip(homes) {
+        let next = &mut ends[home as usize];
+        rows[*next as usize] = row;
+        *next += 1;
+    }
+    (rows, ends)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slow(points: &[Point], at: &Point, count: usize) -> Vec<(f64, Point)> {
+        let away = |p: &Point| square(std::array::from_fn(|k| p[k] - at[k]));
+        let mut all: Vec<(f64, Point)> = points.iter().map(|p| (away(p), *p)).collect();
+        all.sort_by(compare);
+        all.truncate(count);
+        all
+    }
+
+    /// Coordinates on `levels` levels an axis: many are equal.
+    fn cloud(count: u64, levels: [u64; 3]) -> Vec<Point> {
+        let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
+        (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_search_of_all_finds() {
+        let shapes =
+            [[1 << 40; 3], [30, 30, 3], [1000, 1, 1], [1, 1000, 1], [1, 1, 5000], [2, 2, 2000]];
+        for shape in shapes {
+            for count in [1, 5, 31, 511, 512, 3000, 9000] {
+                let points = cloud(count, shape);
+                let tree = Tree::new(&points, 2);
+                for at in points.iter().step_by(count as usize / 40 + 1).chain(&[[0.1; 3]]) {
+                    assert_eq!(tree.nearest(at, 17), slow(&points, at, 17), "{shape:?} {count}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Boxes: where a flat top ends.
+//!
+//! Seen aslant, the side of a box fills the cells it runs through with points of every height, and
+//! flying pixels trail from its edges into its shadow. Neither covers any ground: averaged with the
+//! top they widen a box by a cell all round. A cell counts by the share of it that the top covers,
+//! which is the number of its points on the top over that of the cells around it which lie wholly
+//! on the top.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Object, Reason, to_f64};
+use crate::Point;
+use crate::heightmap::{Grid, Volume};
+
+/// A top is flat if this share of the object's cells lies within the margin of their median height.
+const FLAT: f64 = 0.5;
+/// Cells wholly on the top are looked for so many columns and rows around.
+const NEAR: isize = 2;
+/// The edge is as likely to lie anywhere between the top's and the one that was found by height: a
+/// rectangular distribution has this standard deviation in parts of its width (GUM 4.3.7).
+const BETWEEN: f64 = 0.289;
+
+/// Takes flat-topped objects with steep sides for what their tops cover, in place of their volume
+/// by the height of their cells.
+pub fn trim_flat_tops(grid: &Grid, points: &[Point], objects: &mut [Object], margin_m: f64) {
+    for object in objects.iter_mut().filter(|o| o.reason == Some(Reason::SteepSides)) {
+        if let Some(height_m) = flat_top(object, margin_m) {
+            let cells = covered(grid, &on_top(grid, points, object, height_m, margin_m));
+            trim(object, height_m, cells * grid.cell_m * grid.cell_m);
+        }
+    }
+}
+
+/// The height of an object's top above its base, if it is flat.
+fn flat_top(object: &Object, margin_m: f64) -> Option<f64> {
+    let mut heights: Vec<f64> = object.covers_m.iter().map(|p| p[2]).collect();
+    heights.sort_by(f64::total_cmp);
+    let median = *heights.get(heights.len() / 2)?;
+    let top: Vec<f64> =
+        heights.iter().copied().filter(|h| (h - median).abs() <= margin_m).collect();
+    let flat = to_f64(top.len()) > FLAT * to_f64(heights.len());
+    flat.then(|| top.iter().sum::<f64>() / to_f64(top.len()))
+}
+
+/// Points on the top in each cell that the object covers.
+fn on_top(
+    grid: &Grid,
+    points: &[Point],
+    object: &Object,
+    height_m: f64,
+    margin_m: f64,
+) -> BTreeMap<usize, f64> {
+    let mut count: BTreeMap<usize, f64> =
+        object.covers_m.iter().map(|p| (grid.cell(p), 0.0)).collect();
+    let mut covers = vec![false; grid.len()];
+    count.keys().for_each(|&cell| covers[cell] = true);
+    for p in points.iter().filter(|p| covers[grid.cell(*p)]) {
+        let off = p[2] - object.base.at([p[0], p[1]]) - height_m;
+        if off.abs() <= margin_m {
+            *count.entry(grid.cell(p)).or_default() += 1.0;
+        }
+    }
+    count
+}
+
+/// How many cells the top covers, from the points on it in each cell.
+fn covered(grid: &Grid, on_top: &BTreeMap<usize, f64>) -> f64 {
+    let any = |n: usize| on_top.get(&n).is_some_and(|&count| count > 0.0);
+    let whole: BTreeSet<usize> =
+        on_top.keys().copied().filter(|&cell| grid.around(cell, 1).all(any)).collect();
+    let mean = |cells: &mut dyn Iterator<Item = usize>| {
+        let known = cells.filter_map(|n| on_top.get(&n));
+        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), n| (sum + n, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    };
+    let everywhere = mean(&mut whole.iter().copied());
+    let share = |(&cell, &count): (&usize, &f64)| {
+        let around =
+            mean(&mut grid.around(cell, NEAR).filter(|n| whole.contains(n))).or(everywhere);
+        if whole.contains(&cell) { 1.0 } else { around.map_or(1.0, |full| (count / full).min(1.0)) }
+    };
+    on_top.iter().map(share).sum()
+}
+
+/// What lies beyond the top was counted too much: trimming never adds.
+fn trim(object: &mut Object, height_m: f64, area_m2: f64) {
+    let volume = Volume { cut_m3: height_m * area_m2, fill_m3: 0.0, area_m2 };
+    let between_m3 = object.volume.net_m3() - volume.net_m3();
+    if between_m3 <= 0.0 {
+        return;
+    }
+    object.budget.footprint_m3 = object.budget.footprint_m3.hypot(BETWEEN * between_m3);
+    object.volume = volume;
+    object.footprint_m2 = area_m2;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, settings};
+    use super::super::{Reason, measure};
+    use super::*;
+    use crate::heightmap::height_map;
+
+    /// A box of 2 by 1.5 by 0.8 whose sides are full of points, with flying pixels beside one.
+    fn points() -> Vec<Point> {
+        let at = |i: i32| (f64::from(i) + 0.5) * CELL / 3.0;
+        let plan = (0..384 * 288).map(|i| (at(i % 384), at(i / 384)));
+        let inside = |x: f64, y: f64| (3.02..5.02).contains(&x) && (2.01..3.51).contains(&y);
+        let flying = |x: f64, y: f64| (5.02..5.22).contains(&x) && (2.01..3.51).contains(&y);
+        let mut points: Vec<Point> = plan
+            .map(|(x, y)| match (inside(x, y), flying(x, y)) {
+                (true, _) => [x, y, 0.8],
+                (_, true) => [x, y, 0.8 - 4.0 * (x - 5.02)],
+                _ => [x, y, 0.0],
+            })
+            .collect();
+        points.extend(
+            (0..96 * 40)
+                .map(|i| [3.02 + f64::from(i / 40) * 2.0 / 96.0, 2.01, 0.02 * f64::from(i % 40)]),
+        );
+        points
+    }
+
+    #[test]
+    fn sides_and_flying_pixels_do_not_widen_a_box() {
+        let points = points();
+        let map = height_map(&points, CELL).unwrap();
+        let labels: Vec<i32> =
+            map.heights_m.iter().map(|&h| if h > 0.05 { 0 } else { -1 }).collect();
+        let mut objects = measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap();
+        assert_eq!(objects[0].reason, Some(Reason::SteepSides));
+        assert!(objects[0].volume.net_m3() > 1.02 * 2.4, "{:?}", objects[0].volume);
+        let (before, untrimmed) = (objects[0].budget.footprint_m3, objects[0].volume.net_m3());
+        trim_flat_tops(&map.grid, &points, &mut objects, 0.03);
+        let volume = objects[0].volume.net_m3();
+        assert!((volume / 2.4 - 1.0).abs() < 0.02, "{volume}, untrimmed {untrimmed}");
+        assert!((objects[0].footprint_m2 / 3.0 - 1.0).abs() < 0.02);
+        assert!(objects[0].budget.footprint_m3 > before);
+    }
+}

@@ -1,0 +1,294 @@
+//! The flank that lies in the pile's own shadow.
+//!
+//! From one side a sensor sees a pile's near flank, then nothing, then the ground behind. Left out,
+//! the far flank is lost; with a straight line to the ground behind, far too much is put in. Poured
+//! material runs down from what was seen at its angle of repose.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use super::base::Base;
+use super::patch::{Scene, spread};
+use super::repose::Repose;
+use super::territory::{EIGHT, FOUR, NOBODY};
+use crate::heightmap::Grid;
+use crate::pose::convex_hull;
+
+/// A seen cell with less than this share of the typical number of seen cells around it, within
+/// [`NEAR`] cells, is a stray: it is no evidence of the surface there. The corner of what was seen
+/// has over a third.
+const LONE: f64 = 0.25;
+const NEAR: usize = 2;
+
+/// Cells that lie outside the convex hull of the seen cells: beyond the scan, not in a shadow.
+pub(crate) fn beyond(grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
+    let mut ends = Vec::new();
+    for (row, heights) in heights_m.chunks(grid.columns.max(1)).enumerate() {
+        let seen = |h: &f64| !h.is_nan();
+        if let (Some(a), Some(b)) = (heights.iter().position(seen), heights.iter().rposition(seen))
+        {
+            ends.extend([a, b].map(|column| [column as f64, row as f64, 0.0]));
+        }
+    }
+    let hull = convex_hull(&ends, 1);
+    let spans: Vec<[f64; 2]> = (0..grid.rows).map(|row| span(&hull, row as f64)).collect();
+    let outside = |cell: usize| {
+        let ([low, high], column) = (spans[cell / grid.columns], (cell % grid.columns) as f64);
+        column < low || column > high
+    };
+    (0..grid.len()).map(outside).collect()
+}
+
+/// Where a row enters and leaves a convex polygon.
+fn span(hull: &[[f64; 2]], row: f64) -> [f64; 2] {
+    let mut span = [f64::INFINITY, f64::NEG_INFINITY];
+    for (a, b) in hull.iter().zip(hull.iter().cycle().skip(1)) {
+        if row < a[1].min(b[1]) || row > a[1].max(b[1]) {
+            continue;
+        }
+        let along = if a[1] == b[1] { 0.0 } else { (row - a[1]) / (b[1] - a[1]) };
+        for x in [a[0] + along * (b[0] - a[0]), if a[1] == b[1] { b[0] } else { f64::NAN }] {
+            span = [span[0].min(x), span[1].max(x)];
+        }
+    }
+    span
+}
+
+/// The heights without those of cells that are nearly alone.
+pub(crate) fn without_lone(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
+    let company = company(grid, heights_m);
+    let seen = (0..grid.len()).filter(|&cell| !heights_m[cell].is_nan());
+    let typical = crate::robust::median(seen.map(|cell| f64::from(company[cell])).collect());
+    let lone = |cell: usize| f64::from(company[cell]) < LONE * typical;
+    let kept = |(cell, &h): (usize, &f64)| if lone(cell) { f64::NAN } else { h };
+    heights_m.iter().enumerate().map(kept).collect()
+}
+
+/// Seen cells in the square around each cell, itself included.
+fn company(grid: &Grid, heights_m: &[f64]) -> Vec<u32> {
+    let (columns, rows) = (grid.columns, grid.rows);
+    let in_row = |cell: usize| {
+        let (row, column) = (cell / columns * columns, cell % columns);
+        let near = column.saturating_sub(NEAR)..(column + NEAR + 1).min(columns);
+        near.filter(|c| !heights_m[row + c].is_nan()).count() as u32
+    };
+    let along: Vec<u32> = (0..grid.len()).map(in_row).collect();
+    let around = |cell: usize| {
+        let (row, column) = (cell / columns, cell % columns);
+        let near = row.saturating_sub(NEAR)..(row + NEAR + 1).min(rows);
+        near.map(|r| along[r * columns + column]).sum()
+    };
+    (0..grid.len()).map(around).collect()
+}
+
+/// The unseen cells that lie open to the ground: those of `unseen` that are joined to a seen cell
+/// which is not the `object`'s. What the object encloses is a gap in it, no shadow behind it.
+pub(crate) fn open(
+    grid: &Grid,
+    unseen: impl Fn(usize) -> bool,
+    object: impl Fn(usize) -> bool,
+) -> Vec<bool> {
+    let four = |cell: usize| FOUR.iter().filter_map(move |&(dx, dy)| grid.neighbor(cell, dx, dy));
+    let beside_ground = |&c: &usize| unseen(c) && four(c).any(|n| !unseen(n) && !object(n));
+    let seeds = (0..grid.len()).filter(beside_ground).collect();
+    spread(grid, seeds, unseen)
+}
+
+/// The highest surface of every pile's unseen cells, and whose it is: from each seen cell at the
+/// shadow's rim a cone runs down at the angle of repose.
+pub(crate) struct Flank {
+    /// The pile that the cell belongs to; nobody where no flank reaches.
+    pub(crate) owner: Vec<i32>,
+    /// Height above that pile's base; 0 where no flank reaches.
+    pub(crate) above_m: Vec<f64>,
+}
+
+/// Where a flank starts from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rim {
+    /// The last seen cell.
+    last: usize,
+    /// The cell from which the distance counts, and its height above the base.
+    from: usize,
+    above_m: f64,
+    owner: i32,
+}
+
+/// Which height a rim has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Edge {
+    /// That of the last seen cell. It holds points that mix what is before the shadow with what is
+    /// behind: mostly too high.
+    Last,
+    /// That of the highest cell near by whose neighbours were all seen: too low where the crest
+    /// is the rim.
+    Sure,
+}
+
+impl Flank {
+    /// Runs down from `rims` through the `unseen` cells; `slope` is each owner's.
+    ///
+    /// Cells are settled from the highest down, each from the rim that its neighbour was settled
+    /// from: the distance is the straight one to that rim.
+    pub(crate) fn down(
+        grid: &Grid,
+        rims: &[Rim],
+        slope: impl Fn(i32) -> f64,
+        unseen: impl Fn(usize) -> bool,
+    ) -> Self {
+        let nothing = vec![NOBODY; grid.len()];
+        let mut flank = Self { owner: nothing, above_m: vec![0.0; grid.len()] };
+        // Heights above nought are ordered as their bits are.
+        let mut heap = BinaryHeap::new();
+        let reach = |heap: &mut BinaryHeap<_>, from: usize, rim: usize, flank: &Self| {
+            let Rim { from: start, owner, above_m, .. } = rims[rim];
+            for n in EIGHT.iter().filter_map(|&(dx, dy)| grid.neighbor(from, dx, dy)) {
+                let height = above_m - slope(owner) * distance(grid, start, n);
+                if height > 0.0 && unseen(n) && flank.owner[n] == NOBODY {
+                    heap.push((height.to_bits(), Reverse(n), Reverse(rim)));
+                }
+            }
+        };
+        (0..rims.len()).for_each(|rim| reach(&mut heap, rims[rim].last, rim, &flank));
+        while let Some((bits, Reverse(cell), Reverse(rim))) = heap.pop() {
+            if flank.owner[cell] == NOBODY {
+                flank.owner[cell] = rims[rim].owner;
+                flank.above_m[cell] = f64::from_bits(bits);
+                reach(&mut heap, cell, rim, &flank);
+            }
+        }
+        flank
+    }
+}
+
+fn distance(grid: &Grid, a: usize, b: usize) -> f64 {
+    let ([ax, ay], [bx, by]) = (grid.center(a), grid.center(b));
+    (ax - bx).hypot(ay - by)
+}
+
+/// The cells of `object` that border on unseen ones.
+pub(crate) fn rims(
+    grid: &Grid,
+    object: impl Iterator<Item = (usize, i32)>,
+    edge: Edge,
+    above: impl Fn(i32, usize) -> f64,
+    unseen: impl Fn(usize) -> bool,
+) -> Vec<Rim> {
+    let at_rim =
+        |cell: usize| EIGHT.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)).any(&unseen);
+    let last = object.filter(|&(cell, _)| !unseen(cell) && at_rim(cell));
+    let rim = |(last, owner): (usize, i32)| {
+        let height = |cell: usize| above(owner, cell);
+        let from = if edge == Edge::Last { last } else { sure(grid, last, height)? };
+        Some(Rim { last, from, above_m: height(from), owner })
+    };
+    last.filter_map(rim).filter(|rim| rim.above_m > 0.0).collect()
+}
+
+/// The highest cell near `last` whose neighbours were all seen.
+fn sure(grid: &Grid, last: usize, above: impl Fn(usize) -> f64) -> Option<usize> {
+    let seen = |cell: Option<usize>| cell.is_some_and(|cell| !above(cell).is_nan());
+    let near = square(grid, last, NEAR as isize).flatten();
+    let inner = near.filter(|&cell| square(grid, cell, 1).all(seen));
+    inner.max_by(|&a, &b| above(a).total_cmp(&above(b)))
+}
+
+/// The cells up to `reach` columns and rows away, itself included.
+fn square(grid: &Grid, cell: usize, reach: isize) -> impl Iterator<Item = Option<usize>> + '_ {
+    let span = -reach..=reach;
+    span.clone().flat_map(move |dy| span.clone().map(move |dx| grid.neighbor(cell, dx, dy)))
+}
+
+/// The labels, and with them the unseen cells that the flanks of the piles run down over.
+///
+/// `piles` are the bases of the objects that are piles: only they stand at an angle of repose.
+pub(crate) fn with_hidden_flanks(
+    scene: &Scene<'_>,
+    labels: &[i32],
+    piles: &BTreeMap<i32, Base>,
+) -> Vec<i32> {
+    let grid = scene.grid;
+    let unseen = |cell: usize| scene.heights_m[cell].is_nan() && !scene.beyond[cell];
+    let open = open(grid, unseen, |cell| labels[cell] != NOBODY);
+    let above = |label: i32, cell: usize| {
+        piles.get(&label).map_or(f64::NAN, |b| scene.heights_m[cell] - b.at(grid.center(cell)))
+    };
+    let labelled = labels.iter().copied().enumerate().filter(|(_, n)| piles.contains_key(n));
+    let rims = rims(grid, labelled, Edge::Last, above, |cell| open[cell]);
+    let slopes = slopes(grid, labels, &rims, above);
+    let slope = |label: i32| slopes.get(&label).map_or(f64::INFINITY, |r: &Repose| r.slope);
+    let flank = Flank::down(grid, &rims, slope, |cell| open[cell]);
+    let owner =
+        |(cell, &label): (usize, &i32)| if label == NOBODY { flank.owner[cell] } else { label };
+    labels.iter().enumerate().map(owner).collect()
+}
+
+/// The angle of repose of every pile with a rim.
+fn slopes(
+    grid: &Grid,
+    labels: &[i32],
+    rims: &[Rim],
+    above: impl Fn(i32, usize) -> f64,
+) -> BTreeMap<i32, Repose> {
+    let mut cells: BTreeMap<i32, Vec<usize>> =
+        rims.iter().map(|rim| (rim.owner, Vec::new())).collect();
+    for (cell, label) in labels.iter().enumerate() {
+        if let Some(cells) = cells.get_mut(label) {
+            cells.push(cell);
+        }
+    }
+    cells
+        .into_iter()
+        .map(|(label, cells)| (label, Repose::of(grid, &cells, |cell| above(label, cell))))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: 0.5, columns: 20, rows: 20 };
+
+    fn heights(seen: impl Fn([f64; 2]) -> bool) -> Vec<f64> {
+        let height = |cell: usize| if seen(GRID.center(cell)) { 1.0 } else { f64::NAN };
+        (0..GRID.len()).map(height).collect()
+    }
+
+    #[test]
+    fn a_hole_is_not_beyond_the_scan_and_its_corners_are() {
+        let disc = |[x, y]: [f64; 2]| ((x - 5.0).hypot(y - 5.0) - 3.0).abs() < 1.0;
+        let beyond = beyond(&GRID, &heights(disc));
+        for (cell, &beyond) in beyond.iter().enumerate() {
+            let [x, y] = GRID.center(cell);
+            let r = (x - 5.0).hypot(y - 5.0);
+            assert!(beyond || r < 4.05, "{x} {y}");
+            assert!(!beyond || r > 3.6, "{x} {y}");
+        }
+        assert!(super::beyond(&GRID, &heights(|_| false)).iter().all(|&b| b));
+    }
+
+    #[test]
+    fn a_lone_cell_goes_and_a_corner_stays() {
+        let lone = [7.25, 7.25];
+        let heights = heights(|p| p == lone || p[0] < 5.0 && p[1] < 5.0);
+        let kept = without_lone(&GRID, &heights);
+        for cell in 0..GRID.len() {
+            let expected = heights[cell].is_nan() || GRID.center(cell) == lone;
+            assert_eq!(kept[cell].is_nan(), expected, "{:?}", GRID.center(cell));
+        }
+    }
+
+    #[test]
+    fn a_flank_is_the_highest_of_the_cones_below_its_rims() {
+        let rim = |cell, owner, above_m| Rim { last: cell, from: cell, above_m, owner };
+        let rims = [rim(45, 0, 2.0), rim(194, 3, 1.5)];
+        let slope = |owner| if owner == 0 { 0.5 } else { 1.0 };
+        let flank = Flank::down(&GRID, &rims, slope, |cell| cell != 46);
+        for cell in (0..GRID.len()).filter(|&cell| cell != 46) {
+            let from = |r: &Rim| r.above_m - slope(r.owner) * distance(&GRID, r.from, cell);
+            let highest = rims.iter().map(from).fold(0.0, f64::max);
+            assert!((flank.above_m[cell] - highest).abs() < 1e-9, "{:?}", GRID.center(cell));
+        }
+        assert_eq!((flank.owner[46], flank.owner[195], flank.owner[399]), (NOBODY, 3, NOBODY));
+    }
+}

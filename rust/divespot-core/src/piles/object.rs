@@ -1,0 +1,181 @@
+//! One object: its volume above its base, and what there is to say of it.
+
+use super::base::Base;
+use super::budget::Budget;
+use super::patch::{Patch, Zone};
+use super::region::part_height;
+use super::ring::{ring, ring_base, ring_plane};
+use super::shape::{self, Reason};
+use super::{Settings, gaps, outline, to_f64, wall};
+use crate::heightmap::{Volume, integrate};
+
+/// Something that stands on the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// The label of its cells.
+    pub label: i32,
+    /// Volume above and below the base.
+    pub volume: Volume,
+    /// Volumes above the bases that are compared.
+    pub compared_m3: Vec<f64>,
+    /// Its uncertainty.
+    pub budget: Budget,
+    /// The base.
+    pub base: Base,
+    /// Area of the cells that the object covers.
+    pub footprint_m2: f64,
+    /// Height of the highest cell above the base.
+    pub max_height_m: f64,
+    /// Middle of every cell that the object covers, and its height above the base.
+    pub covers_m: Vec<[f64; 3]>,
+    /// Centre of the volume.
+    pub centroid_m: [f64; 3],
+    /// The footprint's outline at the base, counter-clockwise.
+    pub outline_m: Vec<[f64; 3]>,
+    /// The base in the middle of every cell that was measured.
+    pub base_m: Vec<[f64; 3]>,
+    /// Share of the footprint's cells that were seen.
+    pub seen_fraction: f64,
+    /// Whether the object runs out of what was seen.
+    pub touches_edge: bool,
+    /// Whether it leans on walls, which are not part of it.
+    pub leans_on_wall: bool,
+    /// Why it is no pile; `None` for a pile.
+    pub reason: Option<Reason>,
+}
+
+/// A toe with this share of its cells beyond what was seen is cut off.
+pub(crate) const CUT_OFF: f64 = 0.1;
+
+/// With less of its footprint seen than this, a pile's volume is no measurement any more: its crest
+/// and more than half of its surface would be assumed.
+const LEAST_SEEN: f64 = 0.4;
+
+/// Measures `patch`, the object with its flanks; `found`, without them, tells whether it is a pile.
+pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Object {
+    let base = base_of(patch, settings.base.as_ref(), settings);
+    let above = above_base(patch, &base);
+    let gaps = gaps::fill(patch, &above);
+    let filled = &gaps.above_m;
+    let footprint = footprint(patch, filled, settings.margin_m);
+    let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
+    let share = |cells: &mut dyn Iterator<Item = &usize>| -> f64 {
+        cells.map(|&cell| patch.counted(cell).share).sum()
+    };
+    let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
+    let whole = share(&mut covered.iter());
+    let seen_fraction = seen / whole.max(f64::MIN_POSITIVE);
+    let too_little = (seen_fraction < LEAST_SEEN).then_some(Reason::TooLittleSeen);
+    let compared = settings.compared.iter();
+    Object {
+        label,
+        volume: volume(patch, filled),
+        compared_m3: compared.map(|base| compared_m3(patch, base.as_ref(), settings)).collect(),
+        budget: Budget::of(patch, &base, &gaps, settings.toe_cells),
+        footprint_m2: whole * patch.grid.cell_m * patch.grid.cell_m,
+        max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
+        covers_m: covered.iter().map(|&cell| raised(patch, cell, filled[cell])).collect(),
+        centroid_m: centroid(patch, &base, &covered, filled),
+        outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
+        base_m: on_base(&base, patch.held().map(|cell| patch.grid.center(cell)).collect()),
+        seen_fraction,
+        touches_edge: touches_edge(patch),
+        leans_on_wall: wall::leans(patch),
+        reason: reason(found, &base, settings).or(too_little),
+        base,
+    }
+}
+
+/// Why it is no pile, by its height above the ground around it, whatever base was asked for.
+fn reason(found: &Patch, local: &Base, settings: &Settings) -> Option<Reason> {
+    let around = || ring_plane(found).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+    let ground = if settings.base.is_none() { local.clone() } else { around() };
+    why_no_pile(found, &ground, settings)
+}
+
+pub(crate) fn why_no_pile(found: &Patch, ground: &Base, settings: &Settings) -> Option<Reason> {
+    shape::why_no_pile(found, &above_base(found, ground), settings.margin_m)
+}
+
+/// The base that was asked for, as it is below this object.
+fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> Base {
+    let Some(base) = wanted else {
+        return ring_base(patch).unwrap_or_else(|| settings.ground.clone());
+    };
+    let (center, ring) = ring(patch);
+    base.clone().held_against(center, &ring)
+}
+
+/// The volume of the cells that are held, above and below nought.
+fn volume(patch: &Patch, filled: &[f64]) -> Volume {
+    let part = |cell: usize| patch.counted(cell).share * part_height(patch, filled, cell);
+    integrate(patch.held().map(part), patch.grid.cell_m)
+}
+
+fn compared_m3(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> f64 {
+    let above = above_base(patch, &base_of(patch, wanted, settings));
+    volume(patch, &gaps::fill(patch, &above).above_m).net_m3()
+}
+
+pub(crate) fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
+    let heights = patch.heights_m.iter().enumerate();
+    heights.map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
+}
+
+/// The mean of the known heights in and around a cell, among the cells that count.
+fn mean_around(
+    patch: &Patch,
+    heights: &[f64],
+    cell: usize,
+    counts: impl Fn(usize) -> bool,
+) -> Option<f64> {
+    let near = patch.around(cell, 1).filter(|&n| counts(n));
+    let known = near.map(|n| heights[n]).filter(|h| !h.is_nan());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
+/// The cells that the object covers: its core, and the toe where it stands clear of the base.
+///
+/// Clear is a third of the margin, for the mean of the toe's cells around: of nine, it has a third
+/// of their noise.
+fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
+    let toe = |cell: usize| patch.zones[cell] == Zone::Toe;
+    let clear =
+        |cell: usize| mean_around(patch, filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
+    let covers = |cell: usize| match patch.zones[cell] {
+        Zone::Core => patch.counted(cell).share > 0.0,
+        Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),
+        Zone::Outside | Zone::Ring => false,
+    };
+    (0..patch.zones.len()).map(covers).collect()
+}
+
+fn raised(patch: &Patch, cell: usize, height_m: f64) -> [f64; 3] {
+    let [x, y] = patch.grid.center(cell);
+    [x, y, height_m]
+}
+
+fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
+    let (mut weight, mut sum) = (0.0, [0.0; 3]);
+    for &cell in covered {
+        let height = patch.counted(cell).share * filled[cell].max(0.0);
+        let [x, y] = patch.grid.center(cell);
+        let middle = [x, y, base.at([x, y]) + filled[cell].max(0.0) / 2.0];
+        weight += height;
+        (0..3).for_each(|k| sum[k] += height * middle[k]);
+    }
+    sum.map(|s| if weight > 0.0 { s / weight } else { f64::NAN })
+}
+
+pub(crate) fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
+    line.into_iter().map(|[x, y]| [x, y, base.at([x, y])]).collect()
+}
+
+/// Whether much of the toe lies where nothing was seen out to the scan's edge.
+fn touches_edge(patch: &Patch) -> bool {
+    let toe: Vec<usize> = patch.cells(Zone::Toe).collect();
+    let cut = patch.cells(Zone::Core).filter(|&cell| patch.border[cell]).count();
+    let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + cut;
+    to_f64(beyond) > CUT_OFF * to_f64(toe.len() + cut)
+}

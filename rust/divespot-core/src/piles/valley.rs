@@ -1,0 +1,166 @@
+//! Touching piles, parted along the valley between them.
+//!
+//! Two cones poured side by side, each of height h and radius r, their summits d apart, meet in a
+//! saddle of height h (1 - d / 2r). Below half the height of the lower summit, neither summit
+//! stands on the other's footprint: two piles whose feet run into each other. A higher saddle joins
+//! the lobes of one pile. Summits and saddles come from the merge tree of the heights, as in a
+//! watershed transform that keeps a basin by its relative depth; grains and noise, whose saddles
+//! lie just below their summits, part nothing.
+
+use std::cmp::Ordering;
+
+use super::patch::{Patch, Zone};
+
+/// A part of fewer cells above its saddle than a block of three by three is no pile.
+const FEWEST: usize = 9;
+/// A saddle below this share of the lower summit is a valley between two piles. Rounded summits
+/// and lobed flanks raise a saddle or lower a summit by a tenth, so it stays that far below half.
+const DEEP: f64 = 0.45;
+
+/// The part that each core or toe cell of `patch` belongs to, the one with the highest summit 0;
+/// `None` where there is but one.
+///
+/// `above` holds the heights above the base, NaN where nothing is known. A summit must stand out
+/// of its saddle by more than `margin_m`.
+pub(crate) fn parts(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Vec<Option<usize>>> {
+    let heights_m = smoothed(patch, above);
+    let mut order: Vec<usize> = (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).collect();
+    order.sort_by(|&a, &b| higher_first(&heights_m, a, b));
+    let cells = vec![0; heights_m.len()];
+    let joined = (0..heights_m.len()).collect();
+    let mut tree = Tree { summit: vec![None; heights_m.len()], joined, cells, heights_m, margin_m };
+    for cell in order {
+        tree.pour(patch, cell);
+    }
+    tree.numbered()
+}
+
+fn higher_first(heights_m: &[f64], a: usize, b: usize) -> Ordering {
+    heights_m[b].total_cmp(&heights_m[a]).then(a.cmp(&b))
+}
+
+/// The mean of each core or toe cell and its neighbours: of nine, it has a third of their noise.
+fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
+    let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
+    let mean = |cell: usize| {
+        let near = patch.around(cell, 1).filter(|&n| held(n) && !above[n].is_nan());
+        let (sum, count) = near.fold((0.0, 0.0), |(s, n), c| (s + above[c], n + 1.0));
+        sum / count
+    };
+    (0..above.len())
+        .map(|c| if held(c) && !above[c].is_nan() { mean(c) } else { f64::NAN })
+        .collect()
+}
+
+/// Basins of the heights turned upside down, joined at their saddles.
+struct Tree {
+    heights_m: Vec<f64>,
+    margin_m: f64,
+    /// The basin that each cell fell to, by the cell of its summit.
+    summit: Vec<Option<usize>>,
+    /// The basin that a basin was joined to; itself where to none.
+    joined: Vec<usize>,
+    /// Cells of each basin so far.
+    cells: Vec<usize>,
+}
+
+impl Tree {
+    fn root(&self, mut basin: usize) -> usize {
+        while self.joined[basin] != basin {
+            basin = self.joined[basin];
+        }
+        basin
+    }
+
+    /// Gives the next lower cell to the basin of its highest neighbour, and joins the basins
+    /// around it that it is no valley between.
+    fn pour(&mut self, patch: &Patch, cell: usize) {
+        let wet = patch.around(cell, 1).filter_map(|n| Some((n, self.root(self.summit[n]?))));
+        let mut near: Vec<(usize, usize)> = wet.collect();
+        near.sort_by(|a, b| higher_first(&self.heights_m, a.0, b.0));
+        let own = near.first().map_or(cell, |n| n.1);
+        near.sort_by(|a, b| higher_first(&self.heights_m, a.1, b.1));
+        near.dedup_by_key(|n| n.1);
+        let mut kept: Vec<usize> = Vec::new();
+        for (_, basin) in near {
+            match kept.iter().copied().find(|&other| !self.valley(cell, other, basin)) {
+                Some(higher) => self.join(higher, basin),
+                None => kept.push(basin),
+            }
+        }
+        self.summit[cell] = Some(own);
+        let root = self.root(own);
+        self.cells[root] += 1;
+    }
+
+    /// Whether a cell is a valley between two basins, and not a saddle of one pile.
+    fn valley(&self, cell: usize, higher: usize, lower: usize) -> bool {
+        let (saddle, summit) = (self.heights_m[cell], self.heights_m[lower]);
+        let large = self.cells[lower].min(self.cells[higher]) >= FEWEST;
+        large && saddle < DEEP * summit && summit - saddle > self.margin_m
+    }
+
+    fn join(&mut self, higher: usize, lower: usize) {
+        self.joined[lower] = higher;
+        self.cells[higher] += self.cells[lower];
+    }
+
+    fn numbered(&self) -> Option<Vec<Option<usize>>> {
+        let basins: Vec<Option<usize>> =
+            self.summit.iter().map(|summit| Some(self.root((*summit)?))).collect();
+        let mut roots: Vec<usize> = basins.iter().flatten().copied().collect();
+        roots.sort_by(|&a, &b| higher_first(&self.heights_m, a, b));
+        roots.dedup();
+        let number = |root: usize| roots.iter().position(|&r| r == root);
+        (roots.len() > 1).then(|| basins.iter().map(|b| b.and_then(number)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, measured};
+
+    /// Two cones of radius 1, `apart` from each other along a slanting line.
+    fn cones(apart: f64, lower: f64) -> Vec<f64> {
+        let (dx, dy) = (0.8 * apart / 2.0, 0.6 * apart / 2.0);
+        let cone = |x: f64, y: f64, h: f64| 0.5 * (h - (x - 4.0).hypot(y - 3.0));
+        let height = |x, y| cone(x + dx, y + dy, 1.0).max(cone(x - dx, y - dy, lower)).max(0.0);
+        let objects = measured(&exact(height), |x, y| height(x, y) > 0.05);
+        objects.iter().map(|o| o.volume.net_m3()).collect()
+    }
+
+    /// A cone of radius r cut off by a plane at a distance d from its axis, by midpoints.
+    fn beyond(r: f64, d: f64) -> f64 {
+        let step = CELL / 4.0;
+        let at = |i: i32| (f64::from(i) + 0.5) * step;
+        let cells = (0..200).flat_map(|i| (-200..200).map(move |j| (at(i) + d, at(j))));
+        cells.map(|(x, y)| 0.5 * (r - x.hypot(y)).max(0.0) * step * step).sum()
+    }
+
+    #[test]
+    fn cones_whose_feet_touch_are_two_and_share_the_valley() {
+        let whole = std::f64::consts::PI * 0.5 / 3.0;
+        for apart in [1.3, 1.5, 1.8] {
+            let truth = whole - beyond(1.0, apart / 2.0);
+            let found = cones(apart, 1.0);
+            assert_eq!(found.len(), 2, "{apart}");
+            assert!(found.iter().all(|v| (v / truth - 1.0).abs() < 0.02), "{apart} {found:?}");
+        }
+    }
+
+    #[test]
+    fn lobes_of_one_pile_stay_together() {
+        assert_eq!(cones(0.9, 1.0).len(), 1);
+        assert_eq!(cones(0.8, 0.8).len(), 1);
+        assert_eq!(cones(1.4, 0.8).len(), 2);
+    }
+
+    #[test]
+    fn noise_and_crumbs_part_nothing() {
+        let noise = |x: f64, y: f64| 0.02 * (37.0 * x).sin() * (41.0 * y).cos();
+        let height = |x: f64, y: f64| (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0);
+        let objects =
+            measured(&exact(|x, y| height(x, y) + noise(x, y)), |x, y| height(x, y) > 0.05);
+        assert_eq!(objects.len(), 1);
+    }
+}

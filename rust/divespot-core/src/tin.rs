@@ -1,0 +1,236 @@
+//! A height map of few points: a triangulated irregular network, drawn on the grid.
+//!
+//! Where points are farther apart than cells, cells without a point would be gaps, and the mean of
+//! those with one would follow the density of the points. The linear surface between the points
+//! is right for any density.
+
+use spade::handles::{FaceHandle, InnerTag};
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use crate::Point;
+use crate::error::{Error, Result};
+use crate::heightmap::{Cells, Grid, HeightMap};
+
+/// A triangle whose longest edge is longer than this many typical ones at a corner lies across
+/// what was not seen.
+const LONG: f64 = 5.0;
+/// Heights are taken at this many places along each side of a cell, and averaged.
+const PLACES: usize = 2;
+
+/// No heap stands steeper than 50°: such a triangle lies between two surfaces, and each of its
+/// places belongs to that of the nearest corner.
+const STEEPEST: f64 = 1.192;
+
+struct Vertex(Point);
+
+impl HasPosition for Vertex {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        Point2::new(self.0[0], self.0[1])
+    }
+}
+
+type Network = DelaunayTriangulation<Vertex>;
+type Face<'a> = FaceHandle<'a, InnerTag, Vertex, (), (), ()>;
+
+/// The mean height, in each cell of edge `cell_m`, of the linear surface between the points.
+///
+/// A cell's points count as one, at their mean. Cells that lie outside the points, or in a hole
+/// among them that is wide for the spacing around it, have no height. The same points give the
+/// same bits in any order.
+///
+/// # Errors
+///
+/// As [`crate::heightmap::height_map`].
+pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
+    let cells = Cells::of(points, cell_m)?;
+    let vertices = cells.means.iter().flatten().map(|&p| Vertex(p)).collect();
+    let network = Network::bulk_load(vertices)
+        .map_err(|_| Error::Degenerate("coordinates are too large or too small to triangulate"))?;
+    let typical = typical_edges(&network);
+    let mut lattice = Lattice::over(&cells.grid);
+    for face in network.inner_faces().filter(|face| seen(face, &typical)) {
+        lattice.draw(face.vertices().map(|v| v.data().0));
+    }
+    let heights_m = lattice.means();
+    Ok(cells.with_heights(heights_m))
+}
+
+/// A typical length of the edges at each vertex: the lower third, for beside a hole half of them
+/// may cross it.
+fn typical_edges(network: &Network) -> Vec<f64> {
+    let edges = network.vertices().map(|vertex| {
+        let lengths = vertex.out_edges().map(|edge| edge.length_2().sqrt());
+        let mut lengths: Vec<f64> = lengths.collect();
+        lengths.sort_unstable_by(f64::total_cmp);
+        lengths.get(lengths.len() / 3).copied().unwrap_or(0.0)
+    });
+    edges.collect()
+}
+
+/// Whether a triangle is a piece of the surface that was seen.
+///
+/// Measured against the densest of its corners: across a hole, strays and the tips of fans have
+/// long edges only.
+fn seen(face: &Face<'_>, typical: &[f64]) -> bool {
+    let corners = face.vertices().map(|v| typical[v.fix().index()]);
+    let long = LONG * corners.into_iter().fold(f64::INFINITY, f64::min);
+    face.adjacent_edges().iter().all(|edge| edge.length_2() <= long * long)
+}
+
+/// Places at which the surface's height is taken, [`PLACES`] along each side of a cell.
+struct Lattice<'a> {
+    grid: &'a Grid,
+    step_m: f64,
+    columns: usize,
+    heights_m: Vec<f64>,
+}
+
+impl<'a> Lattice<'a> {
+    fn over(grid: &'a Grid) -> Self {
+        let heights_m = vec![f64::NAN; PLACES * PLACES * grid.len()];
+        let step_m = grid.cell_m / PLACES as f64;
+        Self { grid, step_m, columns: PLACES * grid.columns, heights_m }
+    }
+
+    /// Draws the plane of a triangle on the places that lie in it.
+    fn draw(&mut self, corners: [Point; 3]) {
+        let [a, b, c] = corners;
+        let double_area = cross(a, b, c);
+        let cliff = slope(corners) > STEEPEST;
+        let (columns, rows) = (self.span(corners, 0), self.span(corners, 1));
+        for row in rows {
+            for column in columns.clone() {
+                let p = [self.place(column, 0), self.place(row, 1), 0.0];
+                let weights = [cross(b, c, p), cross(c, a, p), cross(a, b, p)];
+                if weights.iter().all(|w| w / double_area >= 0.0) {
+                    let sum = weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2];
+                    let height = if cliff { nearest(corners, p)[2] } else { sum / double_area };
+                    self.heights_m[row * self.columns + column] = height;
+                }
+            }
+        }
+    }
+
+    /// The columns (`k` = 0) or rows (1) that a triangle may cover.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // inside the grid
+    fn span(&self, corners: [Point; 3], k: usize) -> std::ops::Range<usize> {
+        let along = corners.map(|p| (p[k] - self.grid.origin_m[k]) / self.step_m - 0.5);
+        let low = along.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let most = PLACES * [self.grid.columns, self.grid.rows][k];
+        low.ceil().max(0.0) as usize..((high.floor() + 1.0).max(0.0) as usize).min(most)
+    }
+
+    fn place(&self, index: usize, k: usize) -> f64 {
+        self.grid.origin_m[k] + (index as f64 + 0.5) * self.step_m
+    }
+
+    /// The mean of each cell's places, if at least half of them have a height.
+    fn means(&self) -> Vec<f64> {
+        let mean = |cell: usize| {
+            let (column, row) = (cell % self.grid.columns, cell / self.grid.columns);
+            let first = PLACES * (row * self.columns + column);
+            let (mut sum, mut count) = (0.0, 0);
+            for place in
+                (0..PLACES * PLACES).map(|i| first + i / PLACES * self.columns + i % PLACES)
+            {
+                let height = self.heights_m[place];
+                if !height.is_nan() {
+                    sum += height;
+                    count += 1;
+                }
+            }
+            if 2 * count >= PLACES * PLACES { sum / f64::from(count as u32) } else { f64::NAN }
+        };
+        (0..self.grid.len()).map(mean).collect()
+    }
+}
+
+/// Twice the signed area of the triangle.
+fn cross(a: Point, b: Point, c: Point) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// The slope of the plane through the corners.
+fn slope([a, b, c]: [Point; 3]) -> f64 {
+    let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
+    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    normal[0].hypot(normal[1]) / normal[2].abs()
+}
+
+fn nearest(corners: [Point; 3], p: Point) -> Point {
+    let distance = |q: &Point| (q[0] - p[0]).hypot(q[1] - p[1]);
+    let [a, b, c] = corners;
+    let nearer = if distance(&b) < distance(&a) { b } else { a };
+    if distance(&c) < distance(&nearer) { c } else { nearer }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::heightmap::integrate;
+    use crate::sample::mix;
+
+    fn random(count: u64, height: impl Fn(f64, f64) -> f64) -> Vec<Point> {
+        let at = |i: u64| (mix(i) % 100_000) as f64 / 100_000.0;
+        let scattered = (0..count).map(|i| [8.0 * at(2 * i), 6.0 * at(2 * i + 1)]);
+        let corners = [[0.0, 0.0], [8.0, 0.0], [8.0, 6.0], [0.0, 6.0]];
+        scattered.chain(corners).map(|[x, y]| [x, y, height(x, y)]).collect()
+    }
+
+    #[test]
+    fn a_plane_through_sixty_points_is_itself_everywhere() {
+        let plane = |x: f64, y: f64| 0.3 * x - 0.2 * y + 1.0;
+        let map = height_map(&random(60, plane), 0.25).unwrap();
+        let seen = (0..map.grid.len()).filter(|&cell| !map.heights_m[cell].is_nan());
+        let inner = seen.filter(|&cell| !map.grid.is_border(cell));
+        let off = inner.map(|cell| {
+            let [x, y] = map.grid.center(cell);
+            (map.heights_m[cell] - plane(x, y)).abs()
+        });
+        let off = off.fold(0.0, f64::max);
+        assert!(off < 1e-9, "{off}");
+        let volume = integrate(map.heights_m.iter().map(|h| h - 1.0), 0.25);
+        assert!((volume.area_m2 - 48.0).abs() < 3.6, "{volume:?}");
+    }
+
+    #[test]
+    fn a_cone_of_few_uneven_points_has_its_volume() {
+        let cone = |x: f64, y: f64| (2.0 - 0.8 * (x - 4.0).hypot(y - 3.0)).max(0.0);
+        let truth = std::f64::consts::PI * 6.25 * 2.0 / 3.0;
+        let mut points = random(500, cone);
+        points.extend(random(20_000, cone).into_iter().filter(|p| p[0] < 4.0));
+        let volume = integrate(height_map(&points, 0.1).unwrap().heights_m, 0.1).net_m3();
+        assert!((volume / truth - 1.0).abs() < 0.03, "{}", volume / truth);
+    }
+
+    #[test]
+    fn a_hole_stays_a_hole_though_a_stray_lies_in_it() {
+        let mut points = random(3000, |_, _| 1.0);
+        points.retain(|p| (p[0] - 4.0).hypot(p[1] - 3.0) > 1.5);
+        points.push([4.2, 2.9, 5.0]);
+        let map = height_map(&points, 0.1).unwrap();
+        for cell in 0..map.grid.len() {
+            let [x, y] = map.grid.center(cell);
+            let r = (x - 4.0).hypot(y - 3.0);
+            assert!(r > 1.1 || map.heights_m[cell].is_nan(), "{x} {y} {}", map.heights_m[cell]);
+        }
+    }
+
+    #[test]
+    fn order_changes_no_bit_and_a_line_has_no_surface() {
+        let mut points = random(200, |x, y| (x * y).sin());
+        let first = height_map(&points, 0.2).unwrap();
+        points.reverse();
+        let second = height_map(&points, 0.2).unwrap();
+        assert_eq!(
+            first.heights_m.iter().map(|h| h.to_bits()).collect::<Vec<_>>(),
+            second.heights_m.iter().map(|h| h.to_bits()).collect::<Vec<_>>()
+        );
+        let line: Vec<Point> = (0..9).map(|i| [f64::from(i), 2.0 * f64::from(i), 1.0]).collect();
+        assert!(height_map(&line, 0.5).unwrap().heights_m.iter().all(|h| h.is_nan()));
+        assert!(height_map(&[], 0.5).is_err());
+    }
+}

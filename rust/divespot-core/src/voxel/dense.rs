@@ -1,0 +1,159 @@
+//! Voxels that fill their box well: a bit a cell takes the place of a sort.
+//!
+//! The rank of a voxel among those with a point is the number of bits set before its own.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::Point;
+use crate::parallel::{fill_chunks, share};
+
+use super::{Grid, Sums, Voxels};
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 1 << 13;
+/// Boxes of at most so many words, and of one word a point, are dense.
+const MOST_WORDS: u64 = 1 << 26;
+
+/// Cells of one row (along x), 64 of them, and how many voxels come before.
+struct Word {
+    bits: u64,
+    before: u32,
+}
+
+impl Word {
+    /// The rank of the voxel whose bit this is.
+    #[inline]
+    fn rank(&self, bit: u32) -> usize {
+        (self.before + (self.bits & ((1 << bit) - 1)).count_ones()) as usize
+    }
+
+    /// The bits that are set, in ascending order.
+    fn set(&self) -> impl Iterator<Item = u32> {
+        let rest = |bits: &u64| Some(bits & bits.wrapping_sub(1));
+        std::iter::successors(Some(self.bits), rest).take_while(|&b| b > 0).map(u64::trailing_zeros)
+    }
+}
+
+/// How the cells of a box are laid out in bits: by z, then y, then x; a row begins with a word.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    /// Words in a row.
+    across: u64,
+    /// Rows in a layer.
+    rows: u64,
+}
+
+impl Layout {
+    /// The number of the bit of a cell; below 2³² in a dense box.
+    #[inline]
+    fn bit(&self, [x, y, z]: [u64; 3]) -> u32 {
+        ((z * self.rows + y) * self.across * 64 + x) as u32
+    }
+
+    fn cell(&self, word: usize, bit: u32) -> [u64; 3] {
+        let (row, word) = (word as u64 / self.across, word as u64 % self.across);
+        [word * 64 + u64::from(bit), row % self.rows, row / self.rows]
+    }
+}
+
+/// The voxels of a dense box; `None` where the box is not.
+pub(super) fn voxels(points: &[Point], grid: &Grid, threads: usize) -> Option<Voxels> {
+    let [x, y, z] = grid.last;
+    let layout = Layout { across: x / 64 + 1, rows: y + 1 };
+    let words = layout.across.checked_mul(layout.rows)?.checked_mul(z + 1)?;
+    if words > MOST_WORDS.min(points.len() as u64) {
+        return None;
+    }
+    let (items, words) = mark(points, *grid, layout, words as usize, threads);
+    let count = words.last().map_or(0, |last| last.rank(63) + (last.bits >> 63) as usize);
+    let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count] };
+    let slabs = slabs(&words, &mut voxels, threads);
+    share(slabs.into_iter(), threads, |slab| slab.fill(&items, &words, grid, &layout));
+    Some(voxels)
+}
+
+/// A point: the bit of its cell, and its place in there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Item {
+    bit: u32,
+    inside: [i32; 3],
+}
+
+/// All points as items, and all bits.
+fn mark(
+    points: &[Point],
+    grid: Grid,
+    layout: Layout,
+    words: usize,
+    threads: usize,
+) -> (Vec<Item>, Vec<Word>) {
+    let marks: Vec<AtomicU64> = (0..words).map(|_| AtomicU64::new(0)).collect();
+    let mut items = vec![Item::default(); points.len()];
+    fill_chunks(&mut items, CHUNK, threads, |first, piece| {
+        let (grid, layout) = (grid, layout); // copies, which stay in registers
+        for (item, p) in piece.iter_mut().zip(&points[first..]) {
+            let cell = grid.cell(p);
+            *item = Item { bit: layout.bit(cell), inside: grid.inside(cell, p) };
+            let (word, own) = (&marks[(item.bit / 64) as usize], 1 << (item.bit % 64));
+            // To look is much cheaper than to write, and most voxels are known already.
+            if word.load(Ordering::Relaxed) & own == 0 {
+                word.fetch_or(own, Ordering::Relaxed);
+            }
+        }
+    });
+    let mut count = 0;
+    let word = |mark: AtomicU64| {
+        let bits = mark.into_inner();
+        let before = count;
+        count += bits.count_ones();
+        Word { bits, before }
+    };
+    (items, marks.into_iter().map(word).collect())
+}
+
+/// Some consecutive words and what comes out of them: the work of one thread.
+struct Slab<'a> {
+    words: Range<usize>,
+    means: &'a mut [Point],
+    counts: &'a mut [u32],
+}
+
+/// As many slabs as threads, with about as many voxels each.
+fn slabs<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a>> {
+    let count = out.counts.len();
+    let (mut means, mut counts) = (&mut out.means[..], &mut out.counts[..]);
+    let mut first = 0;
+    let take = |thread: usize| {
+        let end = count * (thread + 1) / threads;
+        let after = words.partition_point(|word| (word.before as usize) < end);
+        let size =
+            words.get(after).map_or(count, |word| word.before as usize) + means.len() - count;
+        Slab {
+            words: std::mem::replace(&mut first, after)..after,
+            means: means.split_off_mut(..size).unwrap_or_default(),
+            counts: counts.split_off_mut(..size).unwrap_or_default(),
+        }
+    };
+    (0..threads).map(take).collect()
+}
+
+impl Slab<'_> {
+    /// Adds up the points of these voxels and writes their means.
+    fn fill(self, items: &[Item], words: &[Word], grid: &Grid, layout: &Layout) {
+        let Some(first) = words.get(self.words.start) else { return };
+        let mut sums = vec![Sums::default(); self.counts.len()];
+        for item in items {
+            let word = (item.bit / 64) as usize;
+            if self.words.contains(&word) {
+                let rank = words[word].rank(item.bit % 64) - first.before as usize;
+                sums[rank].add(item.inside);
+            }
+        }
+        let cells = self.words.flat_map(|w| words[w].set().map(move |bit| layout.cell(w, bit)));
+        let out = self.means.iter_mut().zip(self.counts).zip(cells.zip(&sums));
+        for ((mean, count), (cell, sums)) in out {
+            (*mean, *count) = (sums.mean(grid, cell), sums.count);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Voxels scattered over a large box: the points are sorted by voxel.
+
+use crate::Point;
+use crate::order::{Keyed, keyed_by, sort_by_key};
+use crate::parallel::map_chunks;
+
+use super::{Grid, Sums, Voxels};
+
+/// Voxels that a thread takes at a time.
+const CHUNK: usize = 1024;
+
+pub(super) fn voxels(points: &[Point], grid: &Grid, threads: usize) -> Voxels {
+    let sorted = sort(points, grid, threads);
+    let voxels: Vec<&[Keyed]> = sorted.chunk_by(|a, b| a.key == b.key).collect();
+    let sums = map_chunks(voxels.len(), CHUNK, threads, |range| {
+        voxels[range].iter().map(|rows| mean(points, grid, rows)).collect::<Vec<_>>()
+    });
+    let (means, counts) = sums.into_iter().flatten().unzip();
+    Voxels { means, counts }
+}
+
+/// The rows with a key per voxel, sorted by z, y, x of their cells.
+fn sort(points: &[Point], grid: &Grid, threads: usize) -> Vec<Keyed> {
+    let bits = grid.last.map(|last| u64::BITS - last.leading_zeros());
+    if bits.iter().sum::<u32>() > u64::BITS {
+        return sort_by_axis(points, grid);
+    }
+    let pack = |[x, y, z]: [u64; 3]| (z << bits[1] | y) << bits[0] | x;
+    sort_by_key(keyed_by(points, threads, |p| pack(grid.cell(p))))
+}
+
+/// The same where three cell numbers do not fit one key.
+fn sort_by_axis(points: &[Point], grid: &Grid) -> Vec<Keyed> {
+    let cell = |row: u32| grid.cell(&points[row as usize]);
+    let mut rows = keyed_by(points, 1, |_| 0);
+    for axis in 0..3 {
+        rows.iter_mut().for_each(|r| r.key = cell(r.row)[axis]);
+        rows = sort_by_key(rows);
+    }
+    let mut voxel = 0;
+    let mut previous = None;
+    for r in &mut rows {
+        let own = Some(cell(r.row));
+        voxel += u64::from(own != previous);
+        previous = own;
+        r.key = voxel;
+    }
+    rows
+}
+
+/// The mean of the points in one voxel, and their number.
+fn mean(points: &[Point], grid: &Grid, rows: &[Keyed]) -> (Point, u32) {
+    let cell = grid.cell(&points[rows[0].row as usize]);
+    let mut sums = Sums::default();
+    rows.iter().for_each(|row| sums.add(grid.inside(cell, &points[row.row as usize])));
+    (sums.mean(grid, cell), sums.count)
+}
