@@ -131,11 +131,12 @@ def test_bad_points_are_refused(method: str, points: Floats) -> None:
 
 @pytest.mark.parametrize("length", [0.0, -1.0, float("nan"), float("inf")])
 def test_bad_lengths_are_refused(length: float) -> None:
-    for name, call in {
+    calls: dict[str, Callable[[Floats, float], float]] = {
         "voxel_m": inner_voxels,
         "slice_m": slices,
         "alpha_m": alpha_shape,
-    }.items():
+    }
+    for name, call in calls.items():
         with pytest.raises(DivespotError, match=f"{name} is .*above 0 is needed"):
             call(standing("cone"), length)
 
