@@ -18,6 +18,8 @@ from divespot.reproduce.scans import Scan
 from divespot.settings import Settings
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from divespot.reproduce.found import Found, Round
     from divespot.reproduce.plan import Plan
 
@@ -32,34 +34,35 @@ class StagesRound:
 
     stages_of: Scan
     points: int
-    preset: str
 
     def result(self) -> dict[str, Any]:
-        """Return the seconds of each stage."""
+        """Return the seconds of each stage with each preset."""
         points = self.stages_of.take().points
         few = min(self.points, len(points))
         chosen = np.random.default_rng(self.stages_of.seed).choice(len(points), few, replace=False)
-        settings = PRESETS[self.preset]
-        runs = [measure(points[np.sort(chosen)], settings).timings_s for _ in range(RUNS)]
-        best = min(runs, key=lambda run: sum(run.values()))
-        return {"points": few, "timings_s": dict(best)}
+        cut = points[np.sort(chosen)]
+        return {"points": few, "timings_s": {name: _best(cut, s) for name, s in PRESETS.items()}}
 
 
-def _stages(plan: Plan, preset: str) -> StagesRound:
-    return StagesRound(Scan("shape-16", plan.seed, 0, plan.density), plan.time_points, preset)
+def _best(points: NDArray[np.float64], settings: Settings) -> dict[str, float]:
+    runs = [dict(measure(points, settings).timings_s) for _ in range(RUNS)]
+    return min(runs, key=lambda run: sum(run.values()))
+
+
+def _stages(plan: Plan) -> StagesRound:
+    return StagesRound(Scan("shape-16", plan.seed, 0, plan.density), plan.time_points)
 
 
 def rounds(plan: Plan) -> list[Round]:
     """Need both presets, and both methods at each size; to be done one after the other."""
     growing = [GrowingTimeRound(method, n) for method in METHODS for n in plan.layers]
-    return [*(_stages(plan, preset) for preset in PRESETS), *growing]
+    return [_stages(plan), *growing]
 
 
 def section(found: Found, plan: Plan) -> Section:
     """Make the section."""
-    results = {preset: found.results[_stages(plan, preset)] for preset in PRESETS}
-    timings = {preset: result["timings_s"] for preset, result in results.items()}
-    points = results["default"]["points"]
+    result = found.results[_stages(plan)]
+    timings, points = result["timings_s"], result["points"]
     growing = {
         method: [float(found.results[GrowingTimeRound(method, n)]["seconds"]) for n in plan.layers]
         for method in METHODS
