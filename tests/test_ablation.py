@@ -38,9 +38,11 @@ def test_a_leaning_scan_needs_it() -> None:
     assert all(abs(item.volume_m3 / TRUTH - 1) > 0.1 for item in found)
 
 
-def test_without_clusters_all_that_stands_is_one_object() -> None:
+def test_without_clusters_all_that_stands_is_measured_as_one() -> None:
     two = np.r_[CONE, CONE * [1, 1, 0.75] + [2, 0, 0]]
-    report = divespot.measure(two, fine_cluster=False)
-    assert len(divespot.measure(two).piles) == 2
-    (pile,) = report.piles
-    assert pile.volume_m3 == pytest.approx(1.75 * TRUTH, rel=0.01)
+    with_, without = (
+        divespot.measure(two, divespot.Settings.paper(fine_cluster=fine)) for fine in (True, False)
+    )
+    assert len(without.piles) == 1
+    ratio = without.piles[0].volume_m3 / with_.piles[0].volume_m3
+    assert ratio == pytest.approx(1.75, rel=0.02)

@@ -70,7 +70,8 @@ class Settings:
     )
     margin_m: float | None = positive("height above the ground from which it is an object")
     fine_cluster: bool = flag(
-        "tell objects apart; off: all that stands above the ground is one", default=True
+        "find objects by clustering; off: all that stands above the ground, less valleys",
+        default=True,
     )
     fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
     cluster_backend: Literal["divespot", "hdbscan"] = choice(

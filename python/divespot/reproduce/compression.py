@@ -131,7 +131,8 @@ def _findings(table: list[dict[str, Any]]) -> list[Finding]:
             "`Settings()` is closer than the paper at every edge",
             len(better) == len(table),
             f"{len(better)} of {len(table)}",
-            "Few cells are left of a pile under the coarsest voxels.",
+            "The coarsest voxels leave a few hundred points of the whole scene; where no pile is "
+            "found in them, that counts as 100 %.",
         ),
         Finding(
             "compression to 1 % of the points keeps the error near 5 % or below",

@@ -175,7 +175,8 @@ def _findings(areas: dict[str, Any], floors: dict[str, Any]) -> list[Finding]:
             "there the midpoint is the better ground",
             plateaus["midpoint"] < plateaus["peak"],
             f"{percent(plateaus['midpoint'])} against {percent(plateaus['peak'])}",
-            "The plateaus that lie under a pile need not be centred on those of the whole floor.",
+            "The plateaus under a pile need not be centred on those of the whole floor, and the "
+            "plane was fitted to one or through several of them before.",
         ),
         Finding(
             "`Settings()` is closer than the paper with either ground on every area",

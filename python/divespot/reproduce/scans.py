@@ -87,12 +87,13 @@ def _measured(taken: SimulatedScan, variant: Variant) -> Measurement:
 def estimate(taken: SimulatedScan, report: Report | None, settings: Settings) -> PileOutcome:
     """Return what was measured of the only pile of a scan.
 
-    Where one object is measured, as in the paper, that is taken for the pile, whatever it is.
+    Where one object is measured, as in the paper, or objects are not told apart, all that is
+    measured is taken for the pile.
     """
     if report is not None and (settings.select == "largest" or not settings.fine_cluster):
         objects = (*report.piles, *report.other_objects)
         if not objects:
             return PileOutcome(taken.volume_m3)
-        largest = max(objects, key=lambda item: item.volume_m3)
-        return PileOutcome(taken.volume_m3, largest.volume_m3, largest.u95_m3)
+        volume = sum(item.volume_m3 for item in objects)
+        return PileOutcome(taken.volume_m3, volume, sum(item.u95_m3 for item in objects))
     return match(taken, report)[0][0]
