@@ -70,7 +70,7 @@ class Settings:
     )
     margin_m: float | None = positive("height above the ground from which it is an object")
     fine_cluster: bool = flag(
-        "find objects by clustering; off: all that stands above the ground, less valleys",
+        "cluster what stands above the ground; off: it is one, but where valleys part it",
         default=True,
     )
     fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
