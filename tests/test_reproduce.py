@@ -59,7 +59,16 @@ def test_every_experiment_is_on_the_page(done: Path, found: dict[str, Any]) -> N
 
 def test_every_figure_is_there(done: Path) -> None:
     names = {path.stem for path in (done / "figures").iterdir()}
-    assert names == {"shapes", "compression", "ablation", "slices", "alpha", "memory", "time"}
+    assert names == {
+        "shapes",
+        "compression",
+        "ablation",
+        "slices",
+        "alpha",
+        "memory",
+        "methods",
+        "time",
+    }
     text = (done / "reproduce.md").read_text(encoding="utf-8")
     for name in names:
         assert f"(figures/{name}.png)" in text

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 SLICES_M = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 ALPHAS_M = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 3.0)
+SINGLE = ("grid", "tin", "voxels", "hull")
 CONTOURS = ("convex", "concave")
 PILES = dict(zip(LARGE, ("cone", "ridge", "several peaks"), strict=True))
 """The three piles, of one volume and different kinds."""
@@ -105,6 +106,7 @@ def section(found: Found, plan: Plan) -> Section:
         [
             _told(plan),
             _singles(table),
+            _singles_picture(table),
             "Slices, by thickness in m:",
             _sweep(table, CONTOURS, SLICES_M),
             _picture("slices", "thickness of a slice in m", table, CONTOURS, SLICES_M),
@@ -127,12 +129,21 @@ def _told(plan: Plan) -> str:
 
 
 def _singles(table: dict[str, dict[str, Any]]) -> Table:
-    methods = ("grid", "tin", "voxels", "hull")
     texts = [
-        (f"{name} ({PILES[name]})", *(percent(row[method]) for method in methods))
+        (f"{name} ({PILES[name]})", *(percent(row[method]) for method in SINGLE))
         for name, row in table.items()
     ]
-    return Table(("pile", *methods), tuple(texts))
+    return Table(("pile", *SINGLE), tuple(texts))
+
+
+def _singles_picture(table: dict[str, dict[str, Any]]) -> Picture:
+    number = tuple(float(i) for i in range(len(SINGLE)))
+    lines = tuple(
+        Line(PILES[name], number, tuple(100 * row[method] for method in SINGLE))
+        for name, row in table.items()
+    )
+    chart = Chart("", "error in %", lines, SINGLE, band=100 * BAND)
+    return Picture("methods", "Error of the methods without a parameter; 2 % band", chart)
 
 
 def _sweep(
