@@ -104,6 +104,7 @@ def integrate(
 
 @final
 class RawObject:
+    def with_volume(self, cut_m3: float, fill_m3: float) -> RawObject: ...
     @property
     def label(self) -> int: ...
     @property

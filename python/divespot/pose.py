@@ -88,6 +88,8 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
 
     """
     up = parse_up(settings.up)
+    if not settings.level:
+        return _as_it_is(points, up or AXES["z"], given(settings.plane_threshold_m))
     parts, rotation = _native.find_ground(
         points,
         survey.at_m,
@@ -100,6 +102,18 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
     )
     plane = Plane(*parts)
     return Pose(plane, rotation, _angle_deg(plane.normal, up or AXES["z"]))
+
+
+def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> Pose:
+    """Return the pose of a scan that is taken as level, z = 0 at the middle one of its heights."""
+    rotation = _native.rotation_to_z(up)
+    heights = points @ rotation[2]
+    offset = float(np.median(heights))
+    off = np.abs(heights - offset)
+    near = off[off <= threshold_m]
+    x, y, z = rotation[2].tolist()
+    plane = Plane((x, y, z), offset, len(near), math.sqrt(float((near * near).mean())))
+    return Pose(plane, rotation, 0.0)
 
 
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
