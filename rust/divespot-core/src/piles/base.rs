@@ -179,7 +179,7 @@ impl Base {
     }
 }
 
-fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
+pub(crate) fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
     plane[0] + plane[1] * p[0] + plane[2] * p[1]
 }
 
@@ -212,7 +212,7 @@ fn even_weights(local: &[[f64; 3]]) -> Vec<f64> {
     local.iter().map(|p| 1.0 / count[sector(p)]).collect()
 }
 
-fn weighted_plane(
+pub(crate) fn weighted_plane(
     local: &[[f64; 3]],
     weights: impl Iterator<Item = f64>,
     kind: Kind,
