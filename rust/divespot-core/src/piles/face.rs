@@ -15,9 +15,9 @@ use crate::Point;
 use crate::robust::{median, scale};
 
 /// A face stands so many cells, at most, beyond the last that holds nothing but the pile.
-const BEYOND: isize = 3;
+const BEYOND: usize = 3;
 /// The surface goes on as it is in the pile's cells so many columns and rows away.
-const SUPPORT: isize = 5;
+const SUPPORT: usize = 5;
 /// With fewer points, a face is not known.
 const FEWEST: usize = 4;
 /// Points on a wall's top are not on its face: only the lower half is taken.

@@ -123,7 +123,7 @@ fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
 #[test]
 fn labels_must_match_the_map_and_may_name_nothing() {
     let map = map(|_, _| 0.0);
-    assert!(measure(&map.grid, &map.heights_m, &[0; 3], &settings()).is_err());
+    assert!(measure(&map.grid, &map.heights_m, &[0; 3], &[], &settings()).is_err());
     assert!(
         measure(&map.grid, &map.heights_m, &vec![NOBODY; map.grid.len()], &[], &settings())
             .unwrap()
