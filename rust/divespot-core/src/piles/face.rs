@@ -213,3 +213,76 @@ impl Face {
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, settings};
+    use super::super::{Object, measure};
+    use super::*;
+    use crate::heightmap::height_map;
+
+    const STEP: f64 = CELL / 3.0;
+
+    fn cone(u: f64, v: f64) -> f64 {
+        (0.5 * (1.2 - u.hypot(v))).max(0.0)
+    }
+
+    /// A cone against a wall whose face, turned in plan, lies `beyond` the cone's axis.
+    fn leaning(turn: f64, beyond: f64) -> Vec<Point> {
+        let (sin, cos) = turn.sin_cos();
+        let plan = (0..384 * 288).map(|i| (f64::from(i % 384) + 0.5, f64::from(i / 384) + 0.5));
+        let points = plan.filter_map(|(x, y)| {
+            let (x, y) = (x * STEP, y * STEP);
+            let u = (x - 4.0) * cos + (y - 3.0) * sin;
+            let v = (y - 3.0) * cos - (x - 4.0) * sin;
+            match u - beyond {
+                off if off < 0.0 => Some([x, y, cone(u, v)]),
+                off if off < 0.3 => Some([x, y, 1.0]),
+                _ => None,
+            }
+        });
+        let face = (0..200 * 40).map(|i| {
+            let (v, z) = (f64::from(i / 40 - 100) * STEP, 0.025 * f64::from(i % 40));
+            [4.0 + beyond * cos - v * sin, 3.0 + beyond * sin + v * cos, z]
+        });
+        let face = face.filter(|p| p[2] > cone(beyond, (p[0] - 4.0).hypot(p[1] - 3.0)));
+        points.chain(face).collect()
+    }
+
+    /// The volume of the cone before the face, summed over a fine raster.
+    fn truth(beyond: f64) -> f64 {
+        let at = |i: i32| 0.01 * (f64::from(i) + 0.5) - 1.2;
+        let column = |u: f64| (0..240).map(|j| cone(u, at(j))).sum::<f64>();
+        let strip = 0.01 * (1.2 + beyond);
+        (0..100).map(|i| column(strip * (f64::from(i) + 0.5) - 1.2) * strip * 0.01).sum()
+    }
+
+    fn pile(points: &[Point]) -> Object {
+        let map = height_map(points, CELL).unwrap();
+        let found = |(cell, &h): (usize, &f64)| {
+            let [x, y] = map.grid.center(cell);
+            let on_pile = h < 0.65 && (x - 4.0).hypot(y - 3.0) < 1.2;
+            if h > 0.05 { i32::from(!on_pile) } else { -1 }
+        };
+        let labels: Vec<i32> = map.heights_m.iter().enumerate().map(found).collect();
+        measure(&map.grid, &map.heights_m, &labels, points, &settings()).unwrap().remove(0)
+    }
+
+    #[test]
+    fn a_pile_ends_at_the_face_wherever_it_runs_through_the_cells() {
+        for (turn, beyond) in [(0.0, 0.3), (0.0, 0.34), (0.5, 0.33), (2.2, 0.5)] {
+            let (object, truth) = (pile(&leaning(turn, beyond)), truth(beyond));
+            let off = object.volume.net_m3() / truth - 1.0;
+            assert!(off.abs() < 5e-3, "turned {turn}, {beyond} beyond: {off}");
+            assert!(object.leans_on_wall && !object.touches_edge && object.reason.is_none());
+        }
+    }
+
+    #[test]
+    fn the_order_of_the_points_changes_no_bit() {
+        let mut points = leaning(0.5, 0.33);
+        let object = pile(&points);
+        points.reverse();
+        assert_eq!(object, pile(&points));
+    }
+}

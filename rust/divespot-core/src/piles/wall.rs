@@ -1,9 +1,9 @@
 //! Walls that a pile leans on, and other steep things at its foot.
 //!
 //! No bulk material lies steeper than 60°. What rises from the pile's edge more steeply than that
-//! is not the pile's: the pile ends there, at full height, and has no toe on that side. The face
-//! runs through the cells in which it was seen, on average through their middles: half of such a
-//! cell is the pile's.
+//! is not the pile's: the pile ends there, at full height, and has no toe on that side. By heights
+//! alone the face runs anywhere through the cells in which it was seen, on average through their
+//! middles: half of such a cell is the pile's.
 
 use super::base::Base;
 use super::patch::{Patch, Zone};
