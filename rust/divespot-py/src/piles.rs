@@ -155,7 +155,7 @@ pub(crate) fn measure_objects<'py>(
     let settings = settings(measuring);
     let (points, _) = points.as_slice()?.as_chunks::<3>();
     measured(py, &map, || {
-        let mut objects = piles::measure(&map.grid, &map.heights_m, &labels, &settings)?;
+        let mut objects = piles::measure(&map.grid, &map.heights_m, &labels, points, &settings)?;
         piles::trim_flat_tops(&map.grid, points, &mut objects, settings.margin_m);
         Ok(objects)
     })
