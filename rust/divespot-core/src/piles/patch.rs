@@ -1,5 +1,6 @@
 //! The part of the height map around one object.
 
+use super::base::Base;
 use super::hidden;
 use super::region::Part;
 use super::territory::{NOBODY, Territory};
@@ -31,6 +32,8 @@ pub(crate) struct Patch {
     pub(crate) border: Vec<bool>,
     /// Cells of walls at the core's edge and in its toe's place.
     pub(crate) walls: Vec<bool>,
+    /// The plane through the ring, if it was sought; it holds while the core stays as it is.
+    pub(crate) plane: Option<Base>,
     /// The part of each cell that counts, where an outline runs through cells.
     parts: Option<Vec<Part>>,
 }
@@ -94,8 +97,9 @@ impl Patch {
         territory: &Territory,
         reach: &[Reach],
     ) -> Vec<(i32, Self)> {
-        let windows = windows(scene.grid, &territory.owner);
-        let windows = windows.into_iter().map(|w| Some(w?.with_surroundings(scene.grid)));
+        let windows = windows(scene.grid, territory, reach)
+            .into_iter()
+            .map(|w| Some(w?.with_surroundings(scene.grid)));
         let labelled = (0i32..)
             .zip(windows.zip(reach))
             .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
@@ -121,6 +125,7 @@ impl Patch {
             walls: vec![false; cells.len()],
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
+            plane: None,
             parts: None,
         }
     }
@@ -220,13 +225,13 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
     cells.iter().map(zone).collect()
 }
 
-/// The smallest window around each label's cells.
-fn windows(grid: &Grid, owner: &[i32]) -> Vec<Option<Window>> {
-    let mut windows: Vec<Option<Window>> = Vec::new();
-    for (cell, &label) in owner.iter().enumerate() {
+/// The smallest window around the cells in each label's reach.
+fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
+    let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
+    for (cell, (&label, &steps)) in territory.owner.iter().zip(&territory.steps).enumerate() {
         let Ok(label) = usize::try_from(label) else { continue };
-        if windows.len() <= label {
-            windows.resize(label + 1, None);
+        if steps > reach[label].toe + reach[label].ring {
+            continue;
         }
         let (column, row) = (cell % grid.columns, cell / grid.columns);
         let start = Window { columns: (column, column), rows: (row, row) };
