@@ -4,16 +4,18 @@
 //! those with one would follow the density of the points. The linear surface between the points
 //! is right for any density.
 
-use spade::handles::{FaceHandle, InnerTag};
+use spade::handles::{FaceHandle, InnerTag, VertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use crate::Point;
 use crate::error::{Error, Result};
 use crate::heightmap::{Cells, Grid, HeightMap};
 
-/// A triangle whose longest edge is longer than this many typical ones at a corner lies across
+/// A triangle whose longest edge is longer than this many spacings of the points around lies across
 /// what was not seen.
 const LONG: f64 = 5.0;
+/// So many neighbours of a vertex are as sparse as itself, unless it is a stray.
+const COMPANY: usize = 3;
 /// Heights are taken at this many places along each side of a cell, and averaged.
 const PLACES: usize = 2;
 
@@ -48,34 +50,44 @@ pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
     let vertices = cells.means.iter().flatten().map(|&p| Vertex(p)).collect();
     let network = Network::bulk_load(vertices)
         .map_err(|_| Error::Degenerate("coordinates are too large or too small to triangulate"))?;
-    let typical = typical_edges(&network);
+    let spacings = spacings(&network);
     let mut lattice = Lattice::over(&cells.grid);
-    for face in network.inner_faces().filter(|face| seen(face, &typical)) {
+    for face in network.inner_faces().filter(|face| seen(face, &spacings)) {
         lattice.draw(face.vertices().map(|v| v.data().0));
     }
     let heights_m = lattice.means();
     Ok(cells.with_heights(heights_m))
 }
 
-/// A typical length of the edges at each vertex: the lower third, for beside a hole half of them
-/// may cross it.
-fn typical_edges(network: &Network) -> Vec<f64> {
-    let edges = network.vertices().map(|vertex| {
-        let lengths = vertex.out_edges().map(|edge| edge.length_2().sqrt());
-        let mut lengths: Vec<f64> = lengths.collect();
-        lengths.sort_unstable_by(f64::total_cmp);
-        lengths.get(lengths.len() / 3).copied().unwrap_or(0.0)
+/// The spacing of the points at each vertex.
+///
+/// A vertex has the lower third of its edges, for beside a hole half of them may cross it. It is
+/// as sparse as that only in the company of others: all edges of a stray within a hole cross it.
+fn spacings(network: &Network) -> Vec<f64> {
+    let own: Vec<f64> = network.vertices().map(|vertex| lower_third(&vertex)).collect();
+    let believed = network.vertices().map(|vertex| {
+        let mut around: Vec<f64> =
+            vertex.out_edges().map(|edge| own[edge.to().fix().index()]).collect();
+        around.sort_unstable_by(|a, b| b.total_cmp(a));
+        let company = around.get(COMPANY - 1).copied().unwrap_or(0.0);
+        own[vertex.fix().index()].min(company)
     });
-    edges.collect()
+    believed.collect()
+}
+
+fn lower_third(vertex: &VertexHandle<'_, Vertex>) -> f64 {
+    let mut lengths: Vec<f64> = vertex.out_edges().map(|edge| edge.length_2().sqrt()).collect();
+    lengths.sort_unstable_by(f64::total_cmp);
+    lengths.get(lengths.len() / 3).copied().unwrap_or(0.0)
 }
 
 /// Whether a triangle is a piece of the surface that was seen.
 ///
-/// Measured against the densest of its corners: across a hole, strays and the tips of fans have
-/// long edges only.
-fn seen(face: &Face<'_>, typical: &[f64]) -> bool {
-    let corners = face.vertices().map(|v| typical[v.fix().index()]);
-    let long = LONG * corners.into_iter().fold(f64::INFINITY, f64::min);
+/// Measured against the sparsest of its corners: where many points border on few, the triangles
+/// between are as long as those among the few. The rim of a hole is dense all around.
+fn seen(face: &Face<'_>, spacings: &[f64]) -> bool {
+    let corners = face.vertices().map(|v| spacings[v.fix().index()]);
+    let long = LONG * corners.into_iter().fold(0.0, f64::max);
     face.adjacent_edges().iter().all(|edge| edge.length_2() <= long * long)
 }
 
@@ -84,12 +96,13 @@ struct Lattice<'a> {
     grid: &'a Grid,
     step_m: f64,
     columns: usize,
-    heights_m: Vec<f64>,
+    /// The height at each place, and at the middle of its cell on the same triangle's plane.
+    heights_m: Vec<[f64; 2]>,
 }
 
 impl<'a> Lattice<'a> {
     fn over(grid: &'a Grid) -> Self {
-        let heights_m = vec![f64::NAN; PLACES * PLACES * grid.len()];
+        let heights_m = vec![[f64::NAN; 2]; PLACES * PLACES * grid.len()];
         let step_m = grid.cell_m / PLACES as f64;
         Self { grid, step_m, columns: PLACES * grid.columns, heights_m }
     }
@@ -98,16 +111,18 @@ impl<'a> Lattice<'a> {
     fn draw(&mut self, corners: [Point; 3]) {
         let [a, b, c] = corners;
         let double_area = cross(a, b, c);
+        let weights = |p| [cross(b, c, p), cross(c, a, p), cross(a, b, p)];
+        let plane = |p| (0..3).map(|k| weights(p)[k] * corners[k][2]).sum::<f64>() / double_area;
         let cliff = slope(corners) > STEEPEST;
         let (columns, rows) = (self.span(corners, 0), self.span(corners, 1));
         for row in rows {
             for column in columns.clone() {
                 let p = [self.place(column, 0), self.place(row, 1), 0.0];
-                let weights = [cross(b, c, p), cross(c, a, p), cross(a, b, p)];
-                if weights.iter().all(|w| w / double_area >= 0.0) {
-                    let sum = weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2];
-                    let height = if cliff { nearest(corners, p)[2] } else { sum / double_area };
-                    self.heights_m[row * self.columns + column] = height;
+                if weights(p).iter().all(|w| w / double_area >= 0.0) {
+                    let middle = [self.middle(column, 0), self.middle(row, 1), 0.0];
+                    let heights =
+                        if cliff { [nearest(corners, p)[2]; 2] } else { [plane(p), plane(middle)] };
+                    self.heights_m[row * self.columns + column] = heights;
                 }
             }
         }
@@ -127,24 +142,28 @@ impl<'a> Lattice<'a> {
         self.grid.origin_m[k] + (index as f64 + 0.5) * self.step_m
     }
 
-    /// The mean of each cell's places, if at least half of them have a height.
+    /// The middle of the cell that a place lies in.
+    fn middle(&self, index: usize, k: usize) -> f64 {
+        self.grid.origin_m[k] + ((index / PLACES) as f64 + 0.5) * self.grid.cell_m
+    }
+
+    /// The mean of each cell's places, if at least half of them have a height. Where some have
+    /// none, the others lie off the middle, and their heights are carried to it.
     fn means(&self) -> Vec<f64> {
         let mean = |cell: usize| {
-            let (column, row) = (cell % self.grid.columns, cell / self.grid.columns);
-            let first = PLACES * (row * self.columns + column);
-            let (mut sum, mut count) = (0.0, 0);
-            for place in
-                (0..PLACES * PLACES).map(|i| first + i / PLACES * self.columns + i % PLACES)
-            {
-                let height = self.heights_m[place];
-                if !height.is_nan() {
-                    sum += height;
-                    count += 1;
-                }
-            }
-            if 2 * count >= PLACES * PLACES { sum / f64::from(count as u32) } else { f64::NAN }
+            let places = self.places(cell).map(|place| self.heights_m[place]);
+            let drawn: Vec<[f64; 2]> = places.filter(|heights| !heights[0].is_nan()).collect();
+            let which = usize::from(drawn.len() < PLACES * PLACES);
+            let sum: f64 = drawn.iter().map(|heights| heights[which]).sum();
+            if 2 * drawn.len() >= PLACES * PLACES { sum / drawn.len() as f64 } else { f64::NAN }
         };
         (0..self.grid.len()).map(mean).collect()
+    }
+
+    fn places(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
+        let (column, row) = (cell % self.grid.columns, cell / self.grid.columns);
+        let first = PLACES * (row * self.columns + column);
+        (0..PLACES * PLACES).map(move |i| first + i / PLACES * self.columns + i % PLACES)
     }
 }
 

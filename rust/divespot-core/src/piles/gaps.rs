@@ -69,7 +69,8 @@ impl Hidden {
             let behind = (0..open.len()).filter(|&cell| open[cell]);
             behind.map(|cell| high[cell] - low[cell]).sum::<f64>()
         };
-        let (low, high) = (run(Edge::Sure, 0.0), run(Edge::Last, 0.0));
+        let rise_m = repose.slope * grid.cell_m;
+        let (low, high) = (run(Edge::Sure, 0.0), run(Edge::Crest { rise_m }, 0.0));
         let u_angle = 0.5 * sum(&run(Edge::Sure, -1.0), &run(Edge::Sure, 1.0));
         let u_rim = 0.5 * ANYWHERE * sum(&high, &low);
         let above_m = low.iter().zip(&high).map(|(low, high)| 0.5 * (low + high)).collect();

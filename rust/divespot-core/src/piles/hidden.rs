@@ -115,11 +115,14 @@ pub(crate) struct Rim {
 }
 
 /// Which height a rim has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Edge {
     /// That of the last seen cell. It holds points that mix what is before the shadow with what is
     /// behind: mostly too high.
     Last,
+    /// The same, but where nothing near by is higher, the crest may lie a cell farther on, higher
+    /// by `rise_m`.
+    Crest { rise_m: f64 },
     /// That of the highest cell near by whose neighbours were all seen: too low where the crest
     /// is the rim.
     Sure,
@@ -179,10 +182,20 @@ pub(crate) fn rims(
     let last = object.filter(|&(cell, _)| !unseen(cell) && at_rim(cell));
     let rim = |(last, owner): (usize, i32)| {
         let height = |cell: usize| above(owner, cell);
-        let from = if edge == Edge::Last { last } else { sure(grid, last, height)? };
-        Some(Rim { last, from, above_m: height(from), owner })
+        let from = if edge == Edge::Sure { sure(grid, last, height)? } else { last };
+        let rise_m = match edge {
+            Edge::Crest { rise_m } if is_crest(grid, last, height) => rise_m,
+            _ => 0.0,
+        };
+        Some(Rim { last, from, above_m: height(from) + rise_m, owner })
     };
     last.filter_map(rim).filter(|rim| rim.above_m > 0.0).collect()
+}
+
+/// Whether no cell near `last` was seen to be higher.
+fn is_crest(grid: &Grid, last: usize, above: impl Fn(usize) -> f64) -> bool {
+    let near = square(grid, last, NEAR as isize).flatten();
+    !near.map(&above).any(|height| height > above(last))
 }
 
 /// The highest cell near `last` whose neighbours were all seen.

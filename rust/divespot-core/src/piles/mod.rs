@@ -20,6 +20,7 @@ mod pieces;
 mod region;
 mod repose;
 mod ring;
+mod sectors;
 mod shadow;
 mod shape;
 mod spike;

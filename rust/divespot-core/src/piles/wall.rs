@@ -13,7 +13,7 @@ use super::territory::FOUR;
 /// A pile with walls along this share of its edge leans on them; with less, a rod stands in it.
 const LEANS: f64 = 0.1;
 /// The pile's own height beside a cell is the highest of its cells so many columns and rows away.
-const NEAR: isize = 2;
+const NEAR: usize = 2;
 
 /// The object without the walls at its edge and the toe behind them.
 pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Patch {
