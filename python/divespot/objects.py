@@ -237,8 +237,8 @@ def _pile(raw: _native.RawObject, measured: Measured, frame: Frame, settings: Se
         return x, y, z
 
     factor = settings.factor
-    terms = (raw.noise_m3, raw.base_m3, raw.footprint_m3, raw.filled_m3, raw.grid_m3)
-    budget = Budget(*(factor * term for term in terms))
+    terms = [term.name for term in dataclasses.fields(Budget)]
+    budget = Budget(**{term: factor * getattr(raw, term) for term in terms})
     volume = factor * (raw.cut_m3 - raw.fill_m3)
     mass, u_mass = mass_kg(volume, budget.combined_m3(), settings)
     return Pile(

@@ -25,6 +25,9 @@ SCHEMA = "divespot.report/1"
 #: Half-width, in standard deviations, of an expanded uncertainty of 95 %.
 COVERAGE = 2.0
 
+#: Terms of the budget that all piles of a scan have in common.
+COMMON = ("registration_m3", "base_m3", "scale_m3")
+
 Position = tuple[float, float, float]
 
 
@@ -45,13 +48,34 @@ class Source:
 
 @dataclass(frozen=True)
 class Budget:
-    """Standard uncertainties of a volume, independent of each other (after the GUM)."""
+    """Standard uncertainties of a volume, independent of each other (after the GUM).
+
+    Attributes
+    ----------
+    noise_m3
+        Noise of each cell's height, independent from cell to cell.
+    registration_m3
+        Noise that all of a pile's cells have in common: what fusing frames leaves.
+    base_m3
+        Height of the base.
+    footprint_m3
+        Where the pile ends.
+    filled_m3
+        Cells that were not seen.
+    grid_m3
+        Curvature within the cells.
+    scale_m3
+        Scale of the sensor.
+
+    """
 
     noise_m3: float
+    registration_m3: float
     base_m3: float
     footprint_m3: float
     filled_m3: float
     grid_m3: float
+    scale_m3: float
 
     def combined_m3(self) -> float:
         """Return the root of the sum of squares."""
@@ -102,10 +126,11 @@ class Total:
 
     @classmethod
     def of(cls, piles: tuple[Pile, ...], settings: Settings) -> Total:
-        """Add up piles: their bases may all be off to the same side, the rest is independent."""
-        base = sum(pile.budget.base_m3 for pile in piles)
-        rest = (dataclasses.replace(pile.budget, base_m3=0.0).combined_m3() for pile in piles)
-        volume, u = sum(pile.volume_m3 for pile in piles), math.hypot(base, *rest)
+        """Add up piles: what may be off to the same side in all adds up, the rest in squares."""
+        common = [sum(getattr(pile.budget, term) for pile in piles) for term in COMMON]
+        own = dict.fromkeys(COMMON, 0.0)
+        rest = (dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles)
+        volume, u = sum(pile.volume_m3 for pile in piles), math.hypot(*common, *rest)
         mass, u_mass = mass_kg(volume, u, settings)
         return cls(volume, COVERAGE * u, mass, None if u_mass is None else COVERAGE * u_mass)
 

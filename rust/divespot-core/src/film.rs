@@ -38,9 +38,14 @@ impl Node {
 /// Moves `nodes` of a grid until each lies in balance between its neighbours and what pulls at
 /// it; the others stay, and those of no height (NaN) pull at nothing. `largest_m` is the scale
 /// of the heights.
+///
+/// Nodes move by diagonals: as far as they go, that is the same as row by row, but the nodes of a
+/// diagonal do not wait for each other.
 pub(crate) fn relax(heights_m: &mut [f64], columns: usize, nodes: &[Node], largest_m: f64) {
+    let mut nodes = nodes.to_vec();
+    nodes.sort_by_key(|node| node.at / columns + node.at % columns);
     for _ in 0..SWEEPS {
-        if sweep(heights_m, columns, nodes) <= SETTLED * largest_m {
+        if sweep(heights_m, columns, &nodes) <= SETTLED * largest_m {
             break;
         }
     }

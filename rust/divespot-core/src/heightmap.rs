@@ -95,10 +95,11 @@ impl Grid {
     }
 
     /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
-    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + use<> {
-        let (grid, span) = (*self, -reach..=reach);
-        span.clone()
-            .flat_map(move |dy| span.clone().filter_map(move |dx| grid.neighbor(cell, dx, dy)))
+    pub(crate) fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let width = self.columns;
+        let near = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
+        let (columns, rows) = (near(cell % width, width), near(cell / width, self.rows));
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
     }
 
     /// The neighbour `dx` columns and `dy` rows away, if there is one.

@@ -5,6 +5,11 @@ const NORMAL: f64 = 1.4826;
 
 /// The middle one of the values, the upper of two; 0 where there is none.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    median_in(&mut values)
+}
+
+/// The median of values that may be put in another order.
+pub(crate) fn median_in(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
     }

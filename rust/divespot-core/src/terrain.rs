@@ -7,7 +7,7 @@
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::heightmap::Grid;
-use crate::piles::{FOUR, flood};
+use crate::piles::{FOUR, NOBODY, Territory, flood};
 use crate::robust::scale;
 
 /// The steepest ground, as rise over run: half the flattest angle of repose (15°).
@@ -177,17 +177,21 @@ impl<'a> Fields<'a> {
         self.cells.push(cells);
     }
 
-    /// Which cells are ground: fields at the level of most of it, and those a step away.
+    /// Which cells are ground: the field with most of it, those at its level to which a gentle
+    /// slope leads, and those a step away.
     fn ground(&self, slopes: &Slopes, heights_m: &[f64], level_m: f64, near_m: f64) -> Vec<bool> {
         let near = |&&cell: &&usize| (slopes.means_m[cell] - level_m).abs() <= near_m;
         let counts: Vec<usize> = self.cells.iter().map(|c| c.iter().filter(near).count()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
-        let mut ground: Vec<bool> = self
-            .cells
-            .iter()
-            .zip(&counts)
-            .map(|(cells, &n)| n > 0 && (n == most || 2 * n >= cells.len()))
-            .collect();
+        let main: Vec<bool> = counts.iter().map(|&n| n > 0 && n == most).collect();
+        let nearest = self.nearest(&main);
+        let level = |f: usize| {
+            counts[f] > 0
+                && 2 * counts[f] >= self.cells[f].len()
+                && self.is_walked_to(f, slopes, &nearest)
+        };
+        let mut ground: Vec<bool> =
+            (0..main.len()).map(|field| main[field] || level(field)).collect();
         let beyond = flood(self.grid, |cell| heights_m[cell].is_nan());
         let mut open: Vec<usize> = (0..self.cells.len())
             .filter(|&f| !ground[f] && self.reaches_edge(f, slopes.reach, &beyond))
@@ -196,6 +200,28 @@ impl<'a> Fields<'a> {
             ground[open.swap_remove(i)] = true;
         }
         self.of.iter().map(|&field| field != NONE && ground[field]).collect()
+    }
+
+    /// The nearest cell of the `main` fields to each cell, and how many steps it is away.
+    fn nearest(&self, main: &[bool]) -> Territory {
+        let label = |(&field, cell): (&usize, i32)| match main.get(field) {
+            Some(true) => cell,
+            _ => NOBODY,
+        };
+        let labels: Vec<i32> = self.of.iter().zip(0..).map(label).collect();
+        let farthest = u32::try_from(self.grid.columns + self.grid.rows).unwrap_or(u32::MAX);
+        Territory::grow(self.grid, &labels, farthest)
+    }
+
+    /// Whether a slope that is gentle leads to a field from the nearest cell of the main ones: a
+    /// crest lies level, too, and where cells are large it is not far above the ground.
+    fn is_walked_to(&self, field: usize, slopes: &Slopes, nearest: &Territory) -> bool {
+        let first = self.cells[field].iter().min_by_key(|&&cell| nearest.steps[cell]);
+        first.is_some_and(|&cell| {
+            let Ok(from) = usize::try_from(nearest.owner[cell]) else { return false };
+            let rise = (slopes.means_m[cell] - slopes.means_m[from]).abs();
+            rise <= GENTLE * f64::from(nearest.steps[cell]) * self.grid.cell_m
+        })
     }
 
     /// Whether a field goes on to the edge of what was seen.

@@ -30,6 +30,8 @@ pub(crate) struct RawObject {
     footprint_m3: f64,
     filled_m3: f64,
     grid_m3: f64,
+    registration_m3: f64,
+    scale_m3: f64,
 }
 
 impl From<Object> for RawObject {
@@ -63,6 +65,8 @@ impl From<Object> for RawObject {
             footprint_m3: object.budget.footprint_m3,
             filled_m3: object.budget.filled_m3,
             grid_m3: object.budget.grid_m3,
+            registration_m3: object.budget.registration_m3,
+            scale_m3: object.budget.scale_m3,
         }
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use super::bend::Bend;
+use super::sectors::Sectors;
 use super::surface::Surface;
 use crate::film::Film;
 use crate::heightmap::Grid;
@@ -12,11 +13,9 @@ use crate::robust::{median, scale};
 
 /// Fewer cells than this carry no plane of their own.
 pub(crate) const FEWEST: usize = 12;
-/// A ring with this many sectors (of [`SECTORS`]) unseen in a row, half a turn, does not enclose the
+/// A ring with this many of twelve sectors unseen in a row, half a turn, does not enclose the
 /// object: a tilt taken from it would be carried on beyond where it was seen.
 const ONE_SIDE: usize = 6;
-/// Sectors around an object whose levels tell how far the ground wavers.
-const SECTORS: usize = 12;
 /// Neighbouring sectors waver together: this many count as one.
 const CORRELATED: f64 = 3.0;
 /// Tukey's biweight gives nothing to what is further off than this many standard deviations.
@@ -117,10 +116,10 @@ impl Base {
         if self.kind != Kind::Ground || ring.len() < FEWEST {
             return self;
         }
-        let off =
-            |p: &[f64; 3]| [p[0] - center_m[0], p[1] - center_m[1], p[2] - self.at([p[0], p[1]])];
-        let local: Vec<[f64; 3]> = ring.iter().map(off).collect();
-        let levels = sector_medians(&local, |p| p[2]).iter().map(|level| level.abs()).collect();
+        let local: Vec<[f64; 3]> =
+            ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
+        let off: Vec<f64> = ring.iter().map(|p| p[2] - self.at([p[0], p[1]])).collect();
+        let levels = Sectors::of(&local).medians(&off).iter().map(|level| level.abs()).collect();
         Self { u_level_m: self.u_level_m.max(median(levels)), ..self }
     }
 
@@ -151,24 +150,25 @@ impl Base {
         }
         let mut local: Vec<[f64; 3]> =
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
-        let kind = if widest_gap(&local) < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
+        let sectors = Sectors::of(&local);
+        let kind = if sectors.widest_gap() < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
         let bend = if kind == Kind::Ring { Bend::found(&local, cell_m) } else { None };
         if let Some(bend) = bend {
             local.iter_mut().for_each(|p| p[2] -= bend.at(p[0], p[1]));
         }
-        let plane = robust_plane(&local, kind)?;
-        let residuals = |p: &[f64; 3]| p[2] - value(&plane, p);
-        let wander_m = wander(&local, &plane);
-        let ground: Vec<[f64; 3]> =
-            local.iter().copied().filter(|p| residuals(p).abs() <= REACH * wander_m).collect();
-        let levels = sector_medians(&ground, residuals);
+        let plane = robust_plane(&local, &sectors, kind)?;
+        let mut off = residuals(&local, &plane);
+        let noise_m = scale(off.iter().copied());
+        let wander_m = wander(&off, &sectors);
+        let ground = |&off: &f64| if off.abs() <= REACH * wander_m { off } else { f64::NAN };
+        off = off.iter().map(ground).collect();
+        let levels = sectors.medians(&off);
         let spread = (levels.iter().map(|m| m * m).sum::<f64>() / to_f64(levels.len())).sqrt();
-        let off: Vec<f64> = local.iter().map(residuals).collect();
         Some(Self {
             center_m,
             level_m: plane[0],
             tilt: [plane[1], plane[2]],
-            noise_m: scale(off.iter().copied()),
+            noise_m,
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
             bend,
@@ -183,13 +183,17 @@ fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
     plane[0] + plane[1] * p[0] + plane[2] * p[1]
 }
 
+fn residuals(local: &[[f64; 3]], plane: &Vector3<f64>) -> Vec<f64> {
+    local.iter().map(|p| p[2] - value(plane, p)).collect()
+}
+
 /// Height and tilt by iteratively reweighted least squares, starting from the median.
-fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
+fn robust_plane(local: &[[f64; 3]], sectors: &Sectors, kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
-    let even = even_weights(local);
+    let even = sectors.even_weights(local.len());
     for _ in 0..ROUNDS {
-        let off: Vec<f64> = local.iter().map(|p| p[2] - value(&plane, p)).collect();
-        let reach = REACH * wander(local, &plane).max(f64::MIN_POSITIVE);
+        let off = residuals(local, &plane);
+        let reach = REACH * wander(&off, sectors).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
         let weights = off.iter().zip(&even).map(|(r, even)| even * weigh(r));
         plane = weighted_plane(local, weights, kind)?;
@@ -199,17 +203,8 @@ fn robust_plane(local: &[[f64; 3]], kind: Kind) -> Option<Vector3<f64>> {
 
 /// How far ground lies from a plane: the scatter of the cells, or of whole sectors' levels where
 /// that is the larger. A sector that lies lower than the others is ground, not a stray.
-fn wander(local: &[[f64; 3]], plane: &Vector3<f64>) -> f64 {
-    let off = |p: &[f64; 3]| p[2] - value(plane, p);
-    let cells: Vec<f64> = local.iter().map(off).collect();
-    scale(cells).max(scale(sector_medians(local, off)))
-}
-
-/// Every sector counts alike, however many of its cells were seen.
-fn even_weights(local: &[[f64; 3]]) -> Vec<f64> {
-    let mut count = [0.0; SECTORS];
-    local.iter().for_each(|p| count[sector(p)] += 1.0);
-    local.iter().map(|p| 1.0 / count[sector(p)]).collect()
+fn wander(off: &[f64], sectors: &Sectors) -> f64 {
+    scale(off.iter().copied()).max(scale(sectors.medians(off)))
 }
 
 fn weighted_plane(
@@ -228,26 +223,6 @@ fn weighted_plane(
         return (matrix[(0, 0)] > 0.0).then(|| Vector3::new(right[0] / matrix[(0, 0)], 0.0, 0.0));
     }
     matrix.cholesky().map(|c| c.solve(&right))
-}
-
-/// The median of `of` in each sector around the origin that has points.
-fn sector_medians(local: &[[f64; 3]], of: impl Fn(&[f64; 3]) -> f64) -> Vec<f64> {
-    let mut sectors: [Vec<f64>; SECTORS] = std::array::from_fn(|_| Vec::new());
-    local.iter().for_each(|p| sectors[sector(p)].push(of(p)));
-    sectors.into_iter().filter(|values| !values.is_empty()).map(median).collect()
-}
-
-fn sector(p: &[f64; 3]) -> usize {
-    let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
-    ((turn * to_f64(SECTORS)) as usize).min(SECTORS - 1)
-}
-
-/// The most sectors in a row that have no points.
-fn widest_gap(local: &[[f64; 3]]) -> usize {
-    let mut seen = [false; SECTORS];
-    local.iter().for_each(|p| seen[sector(p)] = true);
-    let empty_from = |from: usize| (0..SECTORS).take_while(|k| !seen[(from + k) % SECTORS]).count();
-    (0..SECTORS).map(empty_from).max().unwrap_or(0)
 }
 
 #[allow(clippy::cast_precision_loss)] // counts of cells

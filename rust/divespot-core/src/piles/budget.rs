@@ -9,6 +9,9 @@ use super::patch::{Patch, Zone};
 pub struct Budget {
     /// Noise of each cell's height, independent from cell to cell.
     pub noise_m3: f64,
+    /// What frames, fused into one cloud, leave in common over the whole object: noise that does
+    /// not average out.
+    pub registration_m3: f64,
     /// The base's height, common to all cells.
     pub base_m3: f64,
     /// Where the object ends: half the change when the toe is taken one cell wider; at walls,
@@ -18,17 +21,28 @@ pub struct Budget {
     pub filled_m3: f64,
     /// Curvature within the cells.
     pub grid_m3: f64,
+    /// The sensor's scale.
+    pub scale_m3: f64,
 }
 
 /// The height of a cell that is half a wall is as likely to be right as any from nought to twice
 /// its value: a rectangular distribution with this standard deviation (GUM 4.3.7).
 const WALLED: f64 = 0.577;
+/// The part of the cells' noise that is common to all of an object's, and not to the ground around
+/// it. Fused frames are each off by a little more than their mean; over simulated scans of every
+/// kind this share of the noise holds the rest of the error.
+const COMMON: f64 = 0.15;
+/// Relative standard uncertainty of a volume by the scale of its three coordinates: half a
+/// thousandth of each, in common. Depth cameras and surveys are calibrated no better.
+const SCALE: f64 = 0.0015;
 
 impl Budget {
     /// Standard uncertainty of the volume.
     #[must_use]
     pub fn combined_m3(&self) -> f64 {
-        [self.noise_m3, self.base_m3, self.footprint_m3, self.filled_m3, self.grid_m3]
+        let Self { noise_m3, registration_m3, base_m3, footprint_m3, filled_m3, grid_m3, scale_m3 } =
+            *self;
+        [noise_m3, registration_m3, base_m3, footprint_m3, filled_m3, grid_m3, scale_m3]
             .iter()
             .map(|u| u * u)
             .sum::<f64>()
@@ -49,13 +63,16 @@ impl Budget {
         let toe = |walled: bool| patch.cells(Zone::Toe).filter(move |&c| patch.walls[c] == walled);
         let toe_m3 = sum(&mut toe(false).map(|c| filled[c]));
         let walled_m3 = sum(&mut toe(true).map(|c| filled[c]));
+        let volume_m3 = sum(&mut held.iter().map(|&c| share(c) * filled[c]));
         let curvature = held.iter().map(|&c| share(c) * laplacian(patch, filled, c));
         Self {
             noise_m3: squares.sqrt() * area * base.noise_m,
+            registration_m3: COMMON * cells * area * base.noise_m,
             base_m3: (cells * area * base.u_level_m).hypot(sum(&mut unknown.into_iter())),
             footprint_m3: (0.5 * toe_m3.abs() / f64::from(steps.max(1))).hypot(WALLED * walled_m3),
             filled_m3: gaps.u_m3,
             grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
+            scale_m3: SCALE * volume_m3.abs(),
         }
     }
 }

@@ -40,17 +40,23 @@ pub(crate) struct Crease {
     width_m: f64,
 }
 
-/// The line of the places `p` with `p · (cos, sin) = at_m`.
+/// The line of the places `p` with `p · across = at_m`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Line {
     angle_rad: f64,
+    /// Cosine and sine of the angle.
+    across: [f64; 2],
     at_m: f64,
 }
 
 impl Line {
+    fn new(angle_rad: f64, at_m: f64) -> Self {
+        Self { angle_rad, across: [angle_rad.cos(), angle_rad.sin()], at_m }
+    }
+
     /// The distance beyond the line.
     fn beyond(self, x: f64, y: f64) -> f64 {
-        x * self.angle_rad.cos() + y * self.angle_rad.sin() - self.at_m
+        x * self.across[0] + y * self.across[1] - self.at_m
     }
 }
 
@@ -154,13 +160,13 @@ fn rise(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>, kind: Kind, li
 /// Lines in all directions that leave something of the ring on either side.
 fn lines(nodes: &Nodes) -> Vec<Line> {
     let along = |angle_rad: f64| {
-        let line = Line { angle_rad, at_m: 0.0 };
+        let line = Line::new(angle_rad, 0.0);
         let mut off: Vec<f64> = nodes.places.iter().map(|p| line.beyond(p[0], p[1])).collect();
         off.sort_unstable_by(f64::total_cmp);
         let end = |share: f64| off[(share * (off.len() - 1) as f64) as usize];
         let (low, high) = (end(LEAST_SIDE), end(1.0 - LEAST_SIDE));
         let at_m = move |i: u32| low + (high - low) * f64::from(i) / f64::from(PLACES);
-        (0..=PLACES).map(move |i| Line { angle_rad, at_m: at_m(i) })
+        (0..=PLACES).map(move |i| Line { at_m: at_m(i), ..line })
     };
     let angle = |i: u32| std::f64::consts::PI * f64::from(i) / f64::from(DIRECTIONS);
     (0..DIRECTIONS).flat_map(|i| along(angle(i))).collect()
@@ -174,10 +180,8 @@ fn moved(mut line: Line, mut step_m: f64, mut turn: f64, cost: impl Fn(Line) -> 
         turn *= 0.5;
         let from = line;
         for (right, left) in (-1..=1).flat_map(|a| (-1..=1).map(move |b| (a, b))) {
-            let near = Line {
-                angle_rad: from.angle_rad + f64::from(left) * turn,
-                at_m: from.at_m + f64::from(right) * step_m,
-            };
+            let angle_rad = from.angle_rad + f64::from(left) * turn;
+            let near = Line::new(angle_rad, from.at_m + f64::from(right) * step_m);
             let value = cost(near);
             if value < least {
                 (least, line) = (value, near);

@@ -15,7 +15,7 @@ use crate::heightmap::{Grid, Volume};
 /// A top is flat if this share of the object's cells lies within the margin of their median height.
 const FLAT: f64 = 0.5;
 /// Cells wholly on the top are looked for so many columns and rows around.
-const NEAR: isize = 2;
+const NEAR: usize = 2;
 /// The edge is as likely to lie anywhere between the top's and the one that was found by height: a
 /// rectangular distribution has this standard deviation in parts of its width (GUM 4.3.7).
 const BETWEEN: f64 = 0.289;

@@ -20,6 +20,7 @@ mod pieces;
 mod region;
 mod repose;
 mod ring;
+mod sectors;
 mod shadow;
 mod shape;
 mod spike;
@@ -46,8 +47,7 @@ use object::{object, why_no_pile};
 pub(crate) use patch::flood;
 use patch::{Patch, Reach, Scene};
 use ring::ring_plane;
-pub(crate) use territory::FOUR;
-use territory::Territory;
+pub(crate) use territory::{FOUR, NOBODY, Territory};
 
 /// How objects are measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,7 +110,7 @@ pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
 }
 
 /// The labels, and with them the cells that flow down from each object to the ground around it,
-/// seen or hidden behind it.
+/// seen or hidden behind it. Walls that a pile hangs together with have no such flank.
 fn with_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
@@ -120,17 +120,19 @@ fn with_flanks(
     let ground = || settings.ground.clone();
     let local = |patch: &Patch| ring_plane(patch).map_or_else(ground, |(base, _)| base);
     let mut bases: BTreeMap<i32, Base> = found.iter().map(|(n, p)| (*n, local(p))).collect();
+    let no_pile = |(n, patch): &&(i32, Patch)| why_no_pile(patch, &bases[n], settings).is_some();
+    let (others, piles): (Vec<_>, Vec<_>) = found.iter().partition(no_pile);
+    let mut labels = labels.to_vec();
+    for cell in piles.iter().flat_map(|(_, p)| wall::found_walls(p, settings.margin_m)) {
+        labels[scene.grid.cell(&cell)] = NOBODY;
+    }
     let clear = |n: i32, cell: usize| {
         let base = bases.get(&n).unwrap_or(&settings.ground);
         scene.heights_m[cell] > base.at(scene.grid.center(cell)) + settings.margin_m
     };
-    let labels = flow_down(scene.grid, &scene.heights_m, labels, clear);
+    let labels = flow_down(scene.grid, &scene.heights_m, &labels, clear);
     // Only a pile stands at an angle of repose.
-    for (n, patch) in found {
-        if bases.get(n).and_then(|base| why_no_pile(patch, base, settings)).is_some() {
-            bases.remove(n);
-        }
-    }
+    others.iter().for_each(|(n, _)| drop(bases.remove(n)));
     hidden::with_hidden_flanks(scene, &labels, &bases)
 }
 

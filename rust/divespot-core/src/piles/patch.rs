@@ -174,7 +174,7 @@ impl Patch {
     }
 
     /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
-    pub(crate) fn around(&self, cell: usize, reach: isize) -> impl Iterator<Item = usize> + use<> {
+    pub(crate) fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         self.grid.around(cell, reach)
     }
 }

@@ -13,7 +13,7 @@ use super::{Object, Reason, to_f64};
 /// An object's summit is the highest of its cells, this share of them.
 const SUMMIT: f64 = 0.05;
 /// A cell so many columns and rows from a shadow borders it.
-const NEAR: isize = 3;
+const NEAR: usize = 3;
 
 /// Gives the reason to every object whose summit borders the shadow of a higher, steep one.
 pub(crate) fn mark(scene: &Scene<'_>, objects: &mut [Object]) {

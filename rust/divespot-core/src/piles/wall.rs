@@ -13,7 +13,7 @@ use super::territory::FOUR;
 /// A pile with walls along this share of its edge leans on them; with less, a rod stands in it.
 const LEANS: f64 = 0.1;
 /// The pile's own height beside a cell is the highest of its cells so many columns and rows away.
-const NEAR: isize = 2;
+const NEAR: usize = 2;
 
 /// The object without the walls at its edge and the toe behind them.
 pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Patch {
@@ -53,6 +53,13 @@ pub(crate) fn without_found_walls(mut patch: Patch, margin_m: f64) -> Patch {
         walls.into_iter().for_each(|cell| patch.zones[cell] = Zone::Toe);
     }
     patch
+}
+
+/// The middles of the cells of these walls.
+pub(crate) fn found_walls(patch: &Patch, margin_m: f64) -> Vec<[f64; 2]> {
+    let free = without_found_walls(patch.clone(), margin_m);
+    let walls = patch.cells(Zone::Core).filter(|&cell| free.zones[cell] != Zone::Core);
+    walls.map(|cell| patch.grid.center(cell)).collect()
 }
 
 /// Whether a cell lies higher than bulk material could above one of the core's cells near it.
