@@ -17,9 +17,14 @@ if TYPE_CHECKING:
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
 FLATTEST_REPOSE_DEG = 15.0
 
-#: With fewer points than this a pile that takes up a hundredth of the scene has less than sixty: a
-#: mean over cells would leave it no shape.
-FEW_POINTS = 6_000
+#: A pile that takes up this share of the scene is to have so many points at least: the means over
+#: fifteen cells of four points would leave it no shape. With fewer points in all than gives it
+#: these, the surface is triangulated.
+PILE_SHARE, PILE_POINTS = 0.01, 60
+FEW_POINTS = PILE_POINTS / PILE_SHARE
+
+#: A point this many standard deviations from a plane does not support it.
+SIGMAS = 4.0
 
 #: Edge of the cells on which the triangles between few points are drawn, in point spacings.
 FINE = 1.0 / 3.0
@@ -164,23 +169,28 @@ class Settings:
         is the coarser of the two.
         """
         spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
-        roughness = _rounded(survey.roughness_m)
         few = points < FEW_POINTS and self.surface != "cells"
         cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
         fitting: Any = "triangles" if cell < spacing else "cells"
-        return self.completed(
-            surface=fitting if self.surface == "auto" else self.surface,
+        chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)
+        return chosen.completed(
             radius_m=4.0 * spacing,
             voxel_m=2.0 * spacing,
-            plane_threshold_m=max(1.5 * spacing, 4.0 * roughness),
             cell_m=cell,
-            bin_m=max(roughness, spacing / 8.0),
             fine_radius_m=2.5 * cell,
             link_m=2.5 * cell,
             inner_voxel_m=cell,
             slice_m=0.25 * cell,
+            **({} if chosen.surface == "triangles" else ground_lengths(survey)),
             **self._density(),
         )
+
+    def flattened(self, flatness_m: float) -> Settings:
+        """Return settings with the lengths that follow from the ground's standard deviation.
+
+        Where points are as far apart as piles are high, their spacing does not tell it.
+        """
+        return self.completed(plane_threshold_m=SIGMAS * flatness_m, bin_m=flatness_m)
 
     def grounded(self, noise_m: float) -> Settings:
         """Return resolved settings with the lengths that follow from the noise of the ground."""
@@ -206,6 +216,16 @@ class Settings:
         open_ = (None, "auto")
         missing = {name: value for name, value in derived.items() if getattr(self, name) in open_}
         return self.changed(**missing)
+
+
+def ground_lengths(survey: Survey) -> dict[str, float]:
+    """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
+    spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
+    roughness = _rounded(survey.roughness_m)
+    return {
+        "plane_threshold_m": max(1.5 * spacing, 4.0 * roughness),
+        "bin_m": max(roughness, spacing / 8.0),
+    }
 
 
 def _rounded(length_m: float) -> float:
