@@ -141,7 +141,7 @@ mod tests {
         let map = height_map(&points, CELL).unwrap();
         let labels: Vec<i32> =
             map.heights_m.iter().map(|&h| if h > 0.05 { 0 } else { -1 }).collect();
-        let mut objects = measure(&map.grid, &map.heights_m, &labels, &settings()).unwrap();
+        let mut objects = measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap();
         assert_eq!(objects[0].reason, Some(Reason::SteepSides));
         assert!(objects[0].volume.net_m3() > 1.02 * 2.4, "{:?}", objects[0].volume);
         let (before, untrimmed) = (objects[0].budget.footprint_m3, objects[0].volume.net_m3());

@@ -80,6 +80,9 @@ impl Reach {
     }
 }
 
+/// A window goes on so many cells beyond an object's territory, to hold the walls at its end.
+const SURROUNDINGS: usize = 6;
+
 #[derive(Debug, Clone, Copy)]
 struct Window {
     columns: (usize, usize),
@@ -94,9 +97,11 @@ impl Patch {
         territory: &Territory,
         reach: &[Reach],
     ) -> Vec<(i32, Self)> {
-        let windows = windows(scene.grid, territory, reach);
+        let windows = windows(scene.grid, territory, reach)
+            .into_iter()
+            .map(|w| Some(w?.with_surroundings(scene.grid)));
         let labelled = (0i32..)
-            .zip(windows.into_iter().zip(reach))
+            .zip(windows.zip(reach))
             .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
         labelled
             .map(|(label, window, reach)| {
@@ -131,12 +136,18 @@ impl Patch {
         self.parts = Some(cells.map(|cell| part(self.grid.center(cell))).collect());
     }
 
+    /// Lets only a part of one cell count.
+    pub(crate) fn count_part(&mut self, cell: usize, part: Part) {
+        let whole = || vec![Part::WHOLE; self.zones.len()];
+        self.parts.get_or_insert_with(whole)[cell] = part;
+    }
+
     /// The part of a cell that counts.
     pub(crate) fn counted(&self, cell: usize) -> Part {
-        match (&self.parts, self.zones[cell]) {
-            (Some(parts), _) => parts[cell],
-            (None, Zone::Core | Zone::Toe) => Part::WHOLE,
-            (None, Zone::Ring | Zone::Outside) => Part::default(),
+        match (self.zones[cell], &self.parts) {
+            (Zone::Ring | Zone::Outside, _) => Part::default(),
+            (Zone::Core | Zone::Toe, Some(parts)) => parts[cell],
+            (Zone::Core | Zone::Toe, None) => Part::WHOLE,
         }
     }
 
@@ -184,6 +195,14 @@ impl Patch {
 }
 
 impl Window {
+    /// The window and the cells around it, where the walls stand.
+    fn with_surroundings(self, grid: &Grid) -> Self {
+        let wider = |(first, last): (usize, usize), count: usize| {
+            (first.saturating_sub(SURROUNDINGS), (last + SURROUNDINGS).min(count - 1))
+        };
+        Self { columns: wider(self.columns, grid.columns), rows: wider(self.rows, grid.rows) }
+    }
+
     fn size(&self) -> [usize; 2] {
         [self.columns.1 - self.columns.0 + 1, self.rows.1 - self.rows.0 + 1]
     }
