@@ -8,8 +8,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Object, Reason, to_f64};
+use super::{Object, Reason};
 use crate::Point;
+use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
 
 /// A top is flat if this share of the object's cells lies within the margin of their median height.
