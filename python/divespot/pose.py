@@ -100,6 +100,8 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
 
     """
     up = parse_up(settings.up)
+    if not settings.level:
+        return _as_it_is(points, up or AXES["z"], given(settings.plane_threshold_m))
     parts, rotation = _native.find_ground(
         points,
         survey.at_m,
@@ -127,6 +129,18 @@ def _upright(plane: Plane, points: NDArray[np.float64], settings: Settings) -> P
     x, y, z = upward(plane.normal, settings.up).tolist()
     offset_m = float(points[near].mean(axis=0) @ (x, y, z))
     return dataclasses.replace(plane, normal=(x, y, z), offset_m=offset_m)
+
+
+def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> Pose:
+    """Return the pose of a scan that is taken as level, z = 0 at the middle one of its heights."""
+    rotation = _native.rotation_to_z(up)
+    heights = points @ rotation[2]
+    offset = float(np.median(heights))
+    off = np.abs(heights - offset)
+    near = off[off <= threshold_m]
+    x, y, z = rotation[2].tolist()
+    plane = Plane((x, y, z), offset, len(near), math.sqrt(float((near * near).mean())))
+    return Pose(plane, rotation, 0.0)
 
 
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:

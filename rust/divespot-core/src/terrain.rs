@@ -283,6 +283,17 @@ mod tests {
     }
 
     #[test]
+    fn a_crest_is_no_ground_however_near_to_its_level() {
+        let blunt = |x: f64, y: f64| cone(x, y).min(0.12);
+        let heights = map(blunt);
+        let found = terrain(&GRID, &heights, 0.0, 0.5).unwrap();
+        for (cell, &surface) in found.surface_m.iter().enumerate() {
+            let [x, y] = GRID.center(cell);
+            assert!(blunt(x, y) < 0.05 || surface < 0.02, "{x} {y}: {surface}");
+        }
+    }
+
+    #[test]
     fn where_nothing_is_near_the_level_the_ground_is_level() {
         let heights = map(|x, _| 3.0 * x);
         let found = terrain(&GRID, &heights, 0.25, 0.01).unwrap();
