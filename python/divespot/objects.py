@@ -71,7 +71,7 @@ def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Setti
 
 def _surface(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
     """Return a gentle surface through the ground and beneath what stands on it."""
-    surface, noise, _ = _native.terrain(grid.heights_m, grid.cell_m, height_m, near_m)
+    surface, noise = _native.terrain(grid.heights_m, grid.cell_m, height_m, near_m)
     return GroundLevel(height_m, noise, surface.reshape(grid.heights_m.shape))
 
 

@@ -7,6 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::count::to_f64;
 use crate::error::Result;
 use crate::plane::{Cone, Plane, Settings, fit_plane, scored, settled};
 use crate::pose::{hull_area, rotate, rotation_to_z};
@@ -174,11 +175,6 @@ fn low(slopes: &[&Slope], threshold_m: f64) -> f64 {
     heights.sort_unstable_by(f64::total_cmp);
     let top = heights[(TOP * to_f64(heights.len() - 1)) as usize];
     to_f64(heights.partition_point(|&h| h < threshold_m.midpoint(top)))
-}
-
-#[allow(clippy::cast_precision_loss)] // counts of points
-fn to_f64(n: usize) -> f64 {
-    n as f64
 }
 
 #[cfg(test)]

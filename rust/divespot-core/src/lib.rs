@@ -3,6 +3,7 @@
 //! Every kernel takes finite coordinates near a local origin (see [`Cloud`]) in metres, and
 //! returns the same bits for the same points in any order, at any number of threads.
 
+mod count;
 mod error;
 mod film;
 mod fixed;
@@ -11,6 +12,7 @@ mod nearest;
 mod order;
 mod parallel;
 mod robust;
+mod slopes;
 
 pub mod cloud;
 pub mod ground;

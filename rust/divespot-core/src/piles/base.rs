@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::bend::Bend;
 use super::sectors::Sectors;
 use super::surface::Surface;
+use crate::count::to_f64;
 use crate::film::Film;
 use crate::heightmap::Grid;
 use crate::robust::{median, scale};
@@ -223,11 +224,6 @@ pub(crate) fn weighted_plane(
         return (matrix[(0, 0)] > 0.0).then(|| Vector3::new(right[0] / matrix[(0, 0)], 0.0, 0.0));
     }
     matrix.cholesky().map(|c| c.solve(&right))
-}
-
-#[allow(clippy::cast_precision_loss)] // counts of cells
-fn to_f64(n: usize) -> f64 {
-    n as f64
 }
 
 #[cfg(test)]

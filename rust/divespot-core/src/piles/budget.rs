@@ -3,6 +3,7 @@
 use super::base::Base;
 use super::gaps::Filled;
 use super::patch::{Patch, Zone};
+use super::territory::FOUR;
 
 /// Standard uncertainties of a volume; independent of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -76,7 +77,6 @@ impl Budget {
 
 /// Second differences of the heights around a cell: 24 times the error of the midpoint rule in it.
 fn laplacian(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
-    let four = [(1, 0), (-1, 0), (0, 1), (0, -1)];
-    let around = four.into_iter().filter_map(|(dx, dy)| patch.grid.neighbor(cell, dx, dy));
+    let around = FOUR.iter().filter_map(|&(dx, dy)| patch.grid.neighbor(cell, dx, dy));
     around.map(|n| filled[n] - filled[cell]).filter(|d| !d.is_nan()).sum()
 }

@@ -6,7 +6,8 @@
 //! which is the number of its points on the top over that of the cells around it which lie wholly
 //! on the top.
 
-use super::{Object, Reason, to_f64};
+use super::{Object, Reason};
+use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
 use crate::{Bounds, Point};
 

@@ -145,10 +145,5 @@ fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, 
     Patch::all(scene, labels, &Territory::grow(scene.grid, labels, farthest), &reach)
 }
 
-#[allow(clippy::cast_precision_loss)] // counts of cells
-fn to_f64(n: usize) -> f64 {
-    n as f64
-}
-
 #[cfg(test)]
 mod tests;

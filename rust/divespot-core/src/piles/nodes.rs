@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use crate::count::to_f64;
 use crate::robust::{median, scale};
 
 /// Nodes along the longer side of the ring, at most.
@@ -83,9 +84,4 @@ impl Nodes {
 /// The part of `values` that lies across all columns of an orthonormal basis.
 pub(crate) fn without(basis: &DMatrix<f64>, values: &DVector<f64>) -> DVector<f64> {
     values - basis * basis.tr_mul(values)
-}
-
-#[allow(clippy::cast_precision_loss)] // counts of cells
-fn to_f64(n: usize) -> f64 {
-    n as f64
 }

@@ -6,7 +6,8 @@ use super::patch::{Patch, Zone};
 use super::region::part_height;
 use super::ring::{ring, ring_base, ring_plane};
 use super::shape::{self, Reason};
-use super::{Settings, gaps, outline, to_f64, wall};
+use super::{Settings, gaps, outline, wall};
+use crate::count::to_f64;
 use crate::heightmap::{Volume, integrate};
 
 /// Something that stands on the ground.
@@ -122,19 +123,6 @@ pub(crate) fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
     heights.map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
 }
 
-/// The mean of the known heights in and around a cell, among the cells that count.
-fn mean_around(
-    patch: &Patch,
-    heights: &[f64],
-    cell: usize,
-    counts: impl Fn(usize) -> bool,
-) -> Option<f64> {
-    let near = patch.around(cell, 1).filter(|&n| counts(n));
-    let known = near.map(|n| heights[n]).filter(|h| !h.is_nan());
-    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
-    (count > 0.0).then(|| sum / count)
-}
-
 /// The cells that the object covers: its core, and the toe where it stands clear of the base.
 ///
 /// Clear is a third of the margin, for the mean of the toe's cells around: of nine, it has a third
@@ -142,7 +130,7 @@ fn mean_around(
 fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
     let toe = |cell: usize| patch.zones[cell] == Zone::Toe;
     let clear =
-        |cell: usize| mean_around(patch, filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
+        |cell: usize| patch.mean_around(filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
     let covers = |cell: usize| match patch.zones[cell] {
         Zone::Core => patch.counted(cell).share > 0.0,
         Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),

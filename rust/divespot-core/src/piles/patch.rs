@@ -3,7 +3,7 @@
 use super::base::Base;
 use super::hidden;
 use super::region::Part;
-use super::territory::{NOBODY, Territory};
+use super::territory::{FOUR, NOBODY, Territory};
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 
@@ -188,6 +188,19 @@ impl Patch {
         self.cells(Zone::Core).filter(move |&cell| self.around(cell, 1).filter(is_core).count() < 9)
     }
 
+    /// The mean of the values that are known in and around a cell, among the cells that count.
+    pub(crate) fn mean_around(
+        &self,
+        values: &[f64],
+        cell: usize,
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<f64> {
+        let near = self.around(cell, 1).filter(|&n| counts(n));
+        let known = near.map(|n| values[n]).filter(|v| !v.is_nan());
+        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    }
+
     /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
     pub(crate) fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         self.grid.around(cell, reach)
@@ -258,7 +271,7 @@ pub(crate) fn spread(
     let mut stack = seeds;
     stack.iter().for_each(|&cell| reached[cell] = true);
     while let Some(cell) = stack.pop() {
-        for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+        for (dx, dy) in FOUR {
             let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
             if !reached[n] && passable(n) {
                 reached[n] = true;

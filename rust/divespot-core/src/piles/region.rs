@@ -1,9 +1,10 @@
 //! Measuring inside given outlines instead of finding objects.
 
+use super::Settings;
 use super::object::{Object, object, on_base};
 use super::patch::{Patch, Reach, Scene, Zone};
 use super::territory::{NOBODY, Territory};
-use super::{Settings, to_f64};
+use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 

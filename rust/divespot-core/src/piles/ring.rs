@@ -2,7 +2,7 @@
 
 use super::base::Base;
 use super::patch::{Patch, Zone};
-use super::to_f64;
+use crate::count::to_f64;
 
 /// The middle of an object's core, and the seen cells of the ring of ground around it.
 pub(crate) fn ring(patch: &Patch) -> ([f64; 2], Vec<[f64; 3]>) {

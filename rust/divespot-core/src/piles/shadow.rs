@@ -8,7 +8,8 @@
 use std::collections::BTreeSet;
 
 use super::patch::Scene;
-use super::{Object, Reason, to_f64};
+use super::{Object, Reason};
+use crate::count::to_f64;
 
 /// An object's summit is the highest of its cells, this share of them.
 const SUMMIT: f64 = 0.05;

@@ -42,14 +42,8 @@ fn higher_first(heights_m: &[f64], a: usize, b: usize) -> Ordering {
 /// The mean of each core or toe cell and its neighbours: of nine, it has a third of their noise.
 fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
     let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
-    let mean = |cell: usize| {
-        let near = patch.around(cell, 1).filter(|&n| held(n) && !above[n].is_nan());
-        let (sum, count) = near.fold((0.0, 0.0), |(s, n), c| (s + above[c], n + 1.0));
-        sum / count
-    };
-    (0..above.len())
-        .map(|c| if held(c) && !above[c].is_nan() { mean(c) } else { f64::NAN })
-        .collect()
+    let mean = |cell| patch.mean_around(above, cell, held).filter(|_| !above[cell].is_nan());
+    (0..above.len()).map(|c| if held(c) { mean(c) } else { None }.unwrap_or(f64::NAN)).collect()
 }
 
 /// Basins of the heights turned upside down, joined at their saddles.

@@ -6,10 +6,9 @@
 //! middles: half of such a cell is the pile's.
 
 use super::base::Base;
-use super::patch::{Patch, Zone};
+use super::patch::{Patch, Zone, spread};
 use super::region::Part;
 use super::shape::STEEPEST;
-use super::territory::FOUR;
 
 /// A pile with walls along this share of its edge leans on them; with less, a rod stands in it.
 const LEANS: f64 = 0.1;
@@ -28,10 +27,14 @@ pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Pat
     if !walls.contains(&true) {
         return patch;
     }
-    let open = open_toe(&patch, &walls);
+    // Toe cells to be reached from the core without crossing a wall.
+    let open = spread(&patch.grid, patch.cells(Zone::Core).collect(), |cell| {
+        patch.zones[cell] == Zone::Toe && !walls[cell]
+    });
+    let is_core = |n: usize| patch.zones[n] == Zone::Core;
     let beside: Vec<(usize, f64)> = (0..above.len())
         .filter(|&cell| walls[cell])
-        .filter_map(|cell| Some((cell, beside(&patch, &above, cell)?)))
+        .filter_map(|cell| Some((cell, patch.mean_around(&above, cell, is_core)?)))
         .collect();
     for (zone, open) in patch.zones.iter_mut().zip(open) {
         if *zone == Zone::Toe && !open {
@@ -89,29 +92,6 @@ fn is_wall(patch: &Patch, above: &[f64], cell: usize, margin_m: f64) -> bool {
     let core = || patch.around(cell, NEAR).filter(is_core).map(|n| above[n]);
     let rise = STEEPEST * patch.grid.cell_m;
     may_be && above[cell] > core().fold(margin_m, f64::max) + rise.max(margin_m)
-}
-
-/// The mean height of the core's cells around a cell.
-fn beside(patch: &Patch, above: &[f64], cell: usize) -> Option<f64> {
-    let core = patch.around(cell, 1).filter(|&n| patch.zones[n] == Zone::Core);
-    let known = core.map(|n| above[n]).filter(|h| !h.is_nan());
-    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
-    (count > 0.0).then(|| sum / count)
-}
-
-/// The cells that can be reached from the core without crossing a wall.
-fn open_toe(patch: &Patch, walls: &[bool]) -> Vec<bool> {
-    let mut open = vec![false; walls.len()];
-    let mut front: Vec<usize> = patch.cells(Zone::Core).collect();
-    while let Some(cell) = front.pop() {
-        for n in FOUR.iter().filter_map(|&(dx, dy)| patch.grid.neighbor(cell, dx, dy)) {
-            if patch.zones[n] == Zone::Toe && !walls[n] && !open[n] {
-                open[n] = true;
-                front.push(n);
-            }
-        }
-    }
-    open
 }
 
 /// Whether walls stand along much of the core's edge.

@@ -1,0 +1,103 @@
+//! Where a height map slopes gently, over windows in which its noise is small.
+
+use crate::count::to_f64;
+use crate::heightmap::Grid;
+use crate::robust::scale;
+use crate::terrain::GENTLE;
+
+/// The window of the slope is so wide that its noise is this many times smaller than [`GENTLE`].
+const CERTAIN: f64 = 8.0;
+/// Half-widths of that window, in cells.
+const REACHES: std::ops::RangeInclusive<usize> = 1..=6;
+
+/// Heights averaged over a window, and whether the slope across it is gentle.
+pub(crate) struct Slopes {
+    /// Half-width of the window, in cells.
+    pub(crate) reach: usize,
+    pub(crate) means_m: Vec<f64>,
+    pub(crate) gentle: Vec<bool>,
+}
+
+impl Slopes {
+    pub(crate) fn of(grid: &Grid, heights_m: &[f64]) -> Self {
+        let reach = reach(grid, heights_m);
+        let sums = Sums::of(grid, heights_m);
+        let k = reach.cast_signed();
+        let run = to_f64(reach + 1) * grid.cell_m;
+        let gentle = |at: (usize, usize)| {
+            let mean = |columns, rows| sums.mean(at, columns, rows);
+            let along = mean((1, k), (-k, k)) - mean((-k, -1), (-k, k));
+            let across = mean((-k, k), (1, k)) - mean((-k, k), (-k, -1));
+            along * along + across * across <= (GENTLE * run).powi(2)
+        };
+        let places = || (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
+        Self {
+            reach,
+            means_m: places().map(|at| sums.mean(at, (-k, k), (-k, k))).collect(),
+            gentle: places().map(gentle).collect(),
+        }
+    }
+}
+
+/// The half-width of a window over which the noise of the slope is small.
+fn reach(grid: &Grid, heights_m: &[f64]) -> usize {
+    let noise = cell_noise(grid, heights_m);
+    let certain = |&k: &usize| {
+        let half = to_f64(k * (2 * k + 1));
+        noise * (2.0 / half).sqrt() * CERTAIN <= GENTLE * to_f64(k + 1) * grid.cell_m
+    };
+    REACHES.into_iter().find(certain).unwrap_or(*REACHES.end())
+}
+
+/// The noise of a cell's height, from second differences along the rows.
+fn cell_noise(grid: &Grid, heights_m: &[f64]) -> f64 {
+    let bends = heights_m
+        .chunks(grid.columns.max(1))
+        .flat_map(|row| row.windows(3).map(|h| h[0] - 2.0 * h[1] + h[2]));
+    scale(bends.filter(|b| !b.is_nan())) / 6.0_f64.sqrt()
+}
+
+/// Sums of the seen heights over all rectangles from the grid's corner, and their number.
+struct Sums<'a> {
+    grid: &'a Grid,
+    sums: Vec<(f64, f64)>,
+}
+
+impl<'a> Sums<'a> {
+    fn of(grid: &'a Grid, heights_m: &[f64]) -> Self {
+        let width = grid.columns + 1;
+        let mut sums = vec![(0.0, 0.0); width * (grid.rows + 1)];
+        for row in 0..grid.rows {
+            let mut line = (0.0, 0.0);
+            for column in 0..grid.columns {
+                let height = heights_m[row * grid.columns + column];
+                if !height.is_nan() {
+                    line = (line.0 + height, line.1 + 1.0);
+                }
+                let below = sums[row * width + column + 1];
+                sums[(row + 1) * width + column + 1] = (below.0 + line.0, below.1 + line.1);
+            }
+        }
+        Self { grid, sums }
+    }
+
+    /// The mean over cells from `columns.0` to `columns.1` and `rows.0` to `rows.1` off a column
+    /// and row; NaN where fewer than half of them were seen.
+    fn mean(
+        &self,
+        (column, row): (usize, usize),
+        columns: (isize, isize),
+        rows: (isize, isize),
+    ) -> f64 {
+        let clip = |at: usize, (low, high): (isize, isize), size: usize| {
+            (at.saturating_add_signed(low).min(size), at.saturating_add_signed(high + 1).min(size))
+        };
+        let ((x0, x1), (y0, y1)) =
+            (clip(column, columns, self.grid.columns), clip(row, rows, self.grid.rows));
+        let at = |x: usize, y: usize| self.sums[y * (self.grid.columns + 1) + x];
+        let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
+        let (sum, count) = (d.0 - b.0 - c.0 + a.0, d.1 - b.1 - c.1 + a.1);
+        let cells = ((columns.1 - columns.0 + 1) * (rows.1 - rows.0 + 1)) as f64;
+        if 2.0 * count >= cells { sum / count } else { f64::NAN }
+    }
+}
