@@ -156,14 +156,15 @@ class Settings:
         few = points < FEW_POINTS and self.surface != "cells"
         cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
         fitting: Any = "triangles" if cell < spacing else "cells"
-        chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)
-        return chosen._completed(
+        surface = fitting if self.surface == "auto" else self.surface
+        return self._completed(
+            surface=surface,
             radius_m=4.0 * spacing,
             voxel_m=2.0 * spacing,
             cell_m=cell,
             fine_radius_m=2.5 * cell,
             link_m=2.5 * cell,
-            **({} if chosen.surface == "triangles" else ground_lengths(survey)),
+            **({} if surface == "triangles" else ground_lengths(survey)),
             **self._density(),
         )
 
