@@ -178,7 +178,7 @@ fn objects(scan: &Scan) -> Result<Vec<Object>> {
         compared: vec![],
         ground: Base::ground(0.0, NOISE_M, NOISE_M),
     };
-    piles::measure(&scan.map.grid, &scan.map.heights_m, &scan.labels, &settings)
+    piles::measure(&scan.map.grid, &scan.map.heights_m, &scan.labels, &scan.points, &settings)
 }
 
 #[cfg(test)]

@@ -106,6 +106,7 @@ def integrate(
 
 @final
 class RawObject:
+    def with_volume(self, cut_m3: float, fill_m3: float) -> RawObject: ...
     @property
     def label(self) -> int: ...
     @property

@@ -25,6 +25,7 @@ from divespot.report import Level, Report, Total
 from divespot.settings import Settings, given
 from divespot.spacing import take_survey
 from divespot.strays import drop_strays
+from divespot.volume.methods import by_method
 
 if TYPE_CHECKING:
     import os
@@ -89,6 +90,7 @@ def measure(
     else:
         regions = run("outline", read_regions, s.outline, frame)
         measured = run("volume", measure_regions, grid, regions, bases, s)
+    measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, s)
     base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(

@@ -71,7 +71,7 @@ impl Grid {
     }
 
     /// Whether a point lies above or below a cell of the grid.
-    fn holds(&self, p: &Point) -> bool {
+    pub(crate) fn holds(&self, p: &Point) -> bool {
         let within = |k: usize, most: usize| {
             (0.0..most as f64).contains(&((p[k] - self.origin_m[k]) / self.cell_m))
         };

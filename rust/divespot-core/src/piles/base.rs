@@ -179,7 +179,7 @@ impl Base {
     }
 }
 
-fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
+pub(crate) fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
     plane[0] + plane[1] * p[0] + plane[2] * p[1]
 }
 
@@ -207,7 +207,7 @@ fn wander(off: &[f64], sectors: &Sectors) -> f64 {
     scale(off.iter().copied()).max(scale(sectors.medians(off)))
 }
 
-fn weighted_plane(
+pub(crate) fn weighted_plane(
     local: &[[f64; 3]],
     weights: impl Iterator<Item = f64>,
     kind: Kind,

@@ -15,7 +15,7 @@ pub struct Budget {
     /// The base's height, common to all cells.
     pub base_m3: f64,
     /// Where the object ends: half the change when the toe is taken one cell wider; at walls,
-    /// whose face runs anywhere through the cells it was seen in, none of these cells or all.
+    /// how far their faces scatter, or half a cell where these were not seen.
     pub footprint_m3: f64,
     /// Cells that were filled, not seen.
     pub filled_m3: f64,
@@ -25,9 +25,6 @@ pub struct Budget {
     pub scale_m3: f64,
 }
 
-/// The height of a cell that is half a wall is as likely to be right as any from nought to twice
-/// its value: a rectangular distribution with this standard deviation (GUM 4.3.7).
-const WALLED: f64 = 0.577;
 /// The part of the cells' noise that is common to all of an object's, and not to the ground around
 /// it. Fused frames are each off by a little more than their mean; over simulated scans of every
 /// kind this share of the noise holds the rest of the error.
@@ -60,16 +57,16 @@ impl Budget {
         let squares: f64 = held.iter().map(|&c| share(c) * share(c)).sum();
         let unknown = held.iter().map(|&c| share(c) * base.u_unknown_m(patch.grid.center(c)));
         // The toe is a few cells wide: its volume spread over them is what one more would hold.
-        let toe = |walled: bool| patch.cells(Zone::Toe).filter(move |&c| patch.walls[c] == walled);
-        let toe_m3 = sum(&mut toe(false).map(|c| filled[c]));
-        let walled_m3 = sum(&mut toe(true).map(|c| filled[c]));
+        let toe = patch.cells(Zone::Toe).filter(|&c| !patch.walls[c]);
+        let toe_m3 = sum(&mut toe.map(|c| filled[c]));
+        let walled_m3 = sum(&mut held.iter().map(|&c| patch.counted(c).u_share * filled[c]));
         let volume_m3 = sum(&mut held.iter().map(|&c| share(c) * filled[c]));
         let curvature = held.iter().map(|&c| share(c) * laplacian(patch, filled, c));
         Self {
             noise_m3: squares.sqrt() * area * base.noise_m,
             registration_m3: COMMON * cells * area * base.noise_m,
             base_m3: (cells * area * base.u_level_m).hypot(sum(&mut unknown.into_iter())),
-            footprint_m3: (0.5 * toe_m3.abs() / f64::from(steps.max(1))).hypot(WALLED * walled_m3),
+            footprint_m3: (0.5 * toe_m3.abs() / f64::from(steps.max(1))).hypot(walled_m3),
             filled_m3: gaps.u_m3,
             grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
             scale_m3: SCALE * volume_m3.abs(),

@@ -10,6 +10,7 @@ mod bend;
 mod budget;
 mod clear;
 mod crease;
+mod face;
 mod flat_top;
 mod gaps;
 mod hidden;
@@ -42,6 +43,7 @@ pub use surface::Surface;
 
 use std::collections::BTreeMap;
 
+use crate::Point;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 use object::{object, why_no_pile};
@@ -68,7 +70,7 @@ pub struct Settings {
     pub ground: Base,
 }
 
-/// Measures every object in a levelled height map.
+/// Measures every object in a levelled height map of `points`.
 ///
 /// `heights_m` and `labels` hold one value a cell: the height, NaN where nothing was seen; the
 /// object's number, or -1. Objects come by number.
@@ -80,6 +82,7 @@ pub fn measure(
     grid: &Grid,
     heights_m: &[f64],
     labels: &[i32],
+    points: &[Point],
     settings: &Settings,
 ) -> Result<Vec<Object>> {
     let scene = Scene::new(grid, heights_m)?;
@@ -94,7 +97,7 @@ pub fn measure(
     let whole = patches(&scene, &with_flanks(&scene, labels, &found, settings), settings);
     let pairs = found.into_iter().zip(whole);
     let alone = pairs.flat_map(|((n, found), (_, whole))| {
-        alone::alone(found, whole, settings).into_iter().map(move |pair| (n, pair))
+        alone::alone(found, whole, points, settings).into_iter().map(move |pair| (n, pair))
     });
     let mut objects: Vec<Object> =
         alone.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();

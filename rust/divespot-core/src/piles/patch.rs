@@ -1,5 +1,6 @@
 //! The part of the height map around one object.
 
+use super::base::Base;
 use super::hidden;
 use super::region::Part;
 use super::territory::{NOBODY, Territory};
@@ -31,6 +32,8 @@ pub(crate) struct Patch {
     pub(crate) border: Vec<bool>,
     /// Cells of walls at the core's edge and in its toe's place.
     pub(crate) walls: Vec<bool>,
+    /// The plane through the ring, if it was sought; it holds while the core stays as it is.
+    pub(crate) plane: Option<Base>,
     /// The part of each cell that counts, where an outline runs through cells.
     parts: Option<Vec<Part>>,
 }
@@ -77,6 +80,9 @@ impl Reach {
     }
 }
 
+/// A window goes on so many cells beyond an object's territory, to hold the walls at its end.
+const SURROUNDINGS: usize = 6;
+
 #[derive(Debug, Clone, Copy)]
 struct Window {
     columns: (usize, usize),
@@ -91,9 +97,11 @@ impl Patch {
         territory: &Territory,
         reach: &[Reach],
     ) -> Vec<(i32, Self)> {
-        let windows = windows(scene.grid, &territory.owner);
+        let windows = windows(scene.grid, territory, reach)
+            .into_iter()
+            .map(|w| Some(w?.with_surroundings(scene.grid)));
         let labelled = (0i32..)
-            .zip(windows.into_iter().zip(reach))
+            .zip(windows.zip(reach))
             .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
         labelled
             .map(|(label, window, reach)| {
@@ -117,6 +125,7 @@ impl Patch {
             walls: vec![false; cells.len()],
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
+            plane: None,
             parts: None,
         }
     }
@@ -127,12 +136,18 @@ impl Patch {
         self.parts = Some(cells.map(|cell| part(self.grid.center(cell))).collect());
     }
 
+    /// Lets only a part of one cell count.
+    pub(crate) fn count_part(&mut self, cell: usize, part: Part) {
+        let whole = || vec![Part::WHOLE; self.zones.len()];
+        self.parts.get_or_insert_with(whole)[cell] = part;
+    }
+
     /// The part of a cell that counts.
     pub(crate) fn counted(&self, cell: usize) -> Part {
-        match (&self.parts, self.zones[cell]) {
-            (Some(parts), _) => parts[cell],
-            (None, Zone::Core | Zone::Toe) => Part::WHOLE,
-            (None, Zone::Ring | Zone::Outside) => Part::default(),
+        match (self.zones[cell], &self.parts) {
+            (Zone::Ring | Zone::Outside, _) => Part::default(),
+            (Zone::Core | Zone::Toe, Some(parts)) => parts[cell],
+            (Zone::Core | Zone::Toe, None) => Part::WHOLE,
         }
     }
 
@@ -180,6 +195,14 @@ impl Patch {
 }
 
 impl Window {
+    /// The window and the cells around it, where the walls stand.
+    fn with_surroundings(self, grid: &Grid) -> Self {
+        let wider = |(first, last): (usize, usize), count: usize| {
+            (first.saturating_sub(SURROUNDINGS), (last + SURROUNDINGS).min(count - 1))
+        };
+        Self { columns: wider(self.columns, grid.columns), rows: wider(self.rows, grid.rows) }
+    }
+
     fn size(&self) -> [usize; 2] {
         [self.columns.1 - self.columns.0 + 1, self.rows.1 - self.rows.0 + 1]
     }
@@ -202,13 +225,13 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
     cells.iter().map(zone).collect()
 }
 
-/// The smallest window around each label's cells.
-fn windows(grid: &Grid, owner: &[i32]) -> Vec<Option<Window>> {
-    let mut windows: Vec<Option<Window>> = Vec::new();
-    for (cell, &label) in owner.iter().enumerate() {
+/// The smallest window around the cells in each label's reach.
+fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
+    let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
+    for (cell, (&label, &steps)) in territory.owner.iter().zip(&territory.steps).enumerate() {
         let Ok(label) = usize::try_from(label) else { continue };
-        if windows.len() <= label {
-            windows.resize(label + 1, None);
+        if steps > reach[label].toe + reach[label].ring {
+            continue;
         }
         let (column, row) = (cell % grid.columns, cell / grid.columns);
         let start = Window { columns: (column, column), rows: (row, row) };

@@ -35,10 +35,12 @@ pub(crate) struct Part {
     pub(crate) share: f64,
     /// From the cell's middle to the middle of that part.
     pub(crate) off_m: [f64; 2],
+    /// Standard uncertainty of the share.
+    pub(crate) u_share: f64,
 }
 
 impl Part {
-    pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2] };
+    pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2], u_share: 0.0 };
 }
 
 impl Region {
@@ -66,7 +68,7 @@ impl Region {
     }
 }
 
-fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
+pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
     let share = covered / area;
     if share < ROUNDING {
         return Part::default();
@@ -74,7 +76,7 @@ fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
     if share > 1.0 - ROUNDING {
         return Part::WHOLE;
     }
-    Part { share, off_m: [x / covered, y / covered] }
+    Part { share, off_m: [x / covered, y / covered], u_share: 0.0 }
 }
 
 /// Adds what `ring` encloses of each cell: area, and moments about the cell's middle.
@@ -130,7 +132,7 @@ fn split(ring: Ring, axis: usize, at: f64) -> (Ring, Ring) {
 }
 
 /// Signed area inside a closed line and its first moments about `center`.
-fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
+pub(crate) fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
     let mut sums = [0.0; 3];
     for (p, q) in ring.iter().zip(ring.iter().cycle().skip(1)) {
         let [a, b] = [p, q].map(|p| [p[0] - center[0], p[1] - center[1]]);

@@ -1,12 +1,13 @@
 //! Walls that a pile leans on, and other steep things at its foot.
 //!
 //! No bulk material lies steeper than 60°. What rises from the pile's edge more steeply than that
-//! is not the pile's: the pile ends there, at full height, and has no toe on that side. The face
-//! runs through the cells in which it was seen, on average through their middles: half of such a
-//! cell is the pile's.
+//! is not the pile's: the pile ends there, at full height, and has no toe on that side. By heights
+//! alone the face runs anywhere through the cells in which it was seen, on average through their
+//! middles: half of such a cell is the pile's.
 
 use super::base::Base;
 use super::patch::{Patch, Zone};
+use super::region::Part;
 use super::shape::STEEPEST;
 use super::territory::FOUR;
 
@@ -14,6 +15,8 @@ use super::territory::FOUR;
 const LEANS: f64 = 0.1;
 /// The pile's own height beside a cell is the highest of its cells so many columns and rows away.
 const NEAR: usize = 2;
+/// The face runs anywhere through a cell: a rectangular distribution (GUM 4.3.7).
+const HALF: Part = Part { share: 0.5, off_m: [0.0; 2], u_share: 0.289 };
 
 /// The object without the walls at its edge and the toe behind them.
 pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Patch {
@@ -37,7 +40,8 @@ pub(crate) fn without_walls(mut patch: Patch, base: &Base, margin_m: f64) -> Pat
     }
     for (cell, height) in beside {
         patch.zones[cell] = Zone::Toe;
-        patch.heights_m[cell] = base.at(patch.grid.center(cell)) + height / 2.0;
+        patch.heights_m[cell] = base.at(patch.grid.center(cell)) + height;
+        patch.count_part(cell, HALF);
     }
     patch.walls = walls;
     patch
