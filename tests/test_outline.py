@@ -93,6 +93,16 @@ def test_a_wedge_is_cut_exactly(tmp_path: Path) -> None:
     assert volume_m3(report) == pytest.approx(truth, rel=2e-3)
 
 
+def test_a_box_without_a_floor_is_cut_along_up_however_its_surface_lies(tmp_path: Path) -> None:
+    x, y = raster(80, 72, STEP_M)
+    line = [[-0.4, -0.3], [0.5, -0.3], [0.5, 0.4], [-0.4, 0.4], [-0.4, -0.3]]
+    for slope in (0.05, 0.2, 0.5):
+        points = np.column_stack([x, y, 1.0 + slope * x])
+        report = inside(tmp_path, points, polygon(line), base="height=0", up="z")
+        assert volume_m3(report) == pytest.approx(0.9 * 0.7 * (1.0 + slope * 0.05), rel=1e-6)
+        assert report.ground.normal == (0, 0, 1)
+
+
 def test_a_hole_stays_out(tmp_path: Path) -> None:
     whole = inside(tmp_path, cone(), polygon(square(0.6)))
     holed = inside(tmp_path, cone(), polygon(square(0.6), square(0.1)))

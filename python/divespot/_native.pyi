@@ -25,6 +25,7 @@ __all__ = [
     "rotation_to_z",
     "seen",
     "surface_base",
+    "surface_mask",
     "survey",
     "terrain",
     "voxel_downsample",
@@ -44,6 +45,7 @@ def hdbscan(
 def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...
+def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
 def terrain(
     heights_m: NDArray[np.float64], cell_m: float, level_m: float, near_m: float
 ) -> tuple[NDArray[np.float64], float, float]: ...
@@ -104,6 +106,7 @@ def integrate(
 
 @final
 class RawObject:
+    def with_volume(self, cut_m3: float, fill_m3: float) -> RawObject: ...
     @property
     def label(self) -> int: ...
     @property

@@ -84,10 +84,10 @@ def _text(value: Any) -> str | None:  # noqa: ANN401
     return value if isinstance(value, str) else None
 
 
-def flag(help_text: str) -> Any:  # noqa: ANN401
-    """Return a field for a switch that is off."""
+def flag(help_text: str, *, default: bool = False) -> Any:  # noqa: ANN401
+    """Return a field for a switch."""
     return _option(
-        False,  # noqa: FBT003
+        default,
         help_text,
         "True or False",
         lambda v: bool(v) if isinstance(v, bool | np.bool_) else None,

@@ -14,7 +14,7 @@ from divespot.errors import DivespotError
 from divespot.filters import radius_filter
 from divespot.io import read, write
 from divespot.kernels import ground_height
-from divespot.pose import AXES, parse_up
+from divespot.pose import upward
 from divespot.settings import Settings, given
 from divespot.spacing import take_survey
 
@@ -81,7 +81,7 @@ class _Maker:
     def _level_to_up(self, text: str, height: float) -> _native.RawBase:
         """Return the plane ``up @ p == height``, `p` in the scan's own frame and unit."""
         rotation = self.frame.pose.rotation
-        up = _up(rotation[2], self.settings.up)
+        up = upward(rotation[2], self.settings.up)
         x, y, z = (rotation @ up).tolist()
         if z < math.cos(math.radians(STEEPEST_DEG)):
             raise DivespotError(
@@ -157,16 +157,6 @@ def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
         rule="midpoint" if kind == "midpeak" else "lower",
         lower_fraction=settings.lower_fraction,
     )
-
-
-def _up(normal: NDArray[np.float64], up: str) -> NDArray[np.float64]:
-    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
-    asked = parse_up(up)
-    if asked is not None:
-        return np.asarray(np.array(asked) / np.linalg.norm(asked))
-    axes = np.array([*AXES.values()])
-    nearest = int(np.abs(normal).argmax())
-    return np.asarray(np.copysign(1.0, normal[nearest]) * axes[nearest])
 
 
 def _surface_points(path: str, frame: Frame, settings: Settings) -> NDArray[np.float64]:

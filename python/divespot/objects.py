@@ -102,6 +102,9 @@ def find_objects(
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
     kept = _in_company(cells, settings)
     labels = np.full(len(heights), -1, dtype=np.int32)
+    if not settings.fine_cluster:
+        labels[above[kept]] = 0
+        return labels
     labels[above[kept]] = find_clusters(cells[kept], settings.link_m, settings)
     gap = max(_steps(grid, settings.link_m) - 1, 0)
     labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)

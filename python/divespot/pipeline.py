@@ -24,6 +24,8 @@ from divespot.progress import Progress
 from divespot.report import Level, Report, Total
 from divespot.settings import Settings, given
 from divespot.spacing import take_survey
+from divespot.strays import drop_strays
+from divespot.volume.methods import by_method
 
 if TYPE_CHECKING:
     import os
@@ -74,6 +76,7 @@ def measure(
     points = run("radius filter", radius_filter, cloud.points, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
+    points, scan, s = run("strays", drop_strays, points, scan, s)
     pose = run("pose", find_pose, points, scan, s)
     points = run("rotation", pose.level, points, s.threads)
     triangulated = s.surface == "triangles"
@@ -87,6 +90,7 @@ def measure(
     else:
         regions = run("outline", read_regions, s.outline, frame)
         measured = run("volume", measure_regions, grid, regions, bases, s)
+    measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, s)
     base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(

@@ -49,7 +49,7 @@ def figure(report: Report, *, truth_m3: float | None = None) -> Figure:
     rows, columns = report.level.height_map.heights_m.shape
     # As high as the map at its width needs, within reason.
     height_in = min(max(7.0 * rows / columns + 1.6, 3.6), 8.0)
-    drawn: Figure = _figure_class()(figsize=(10.0, height_in), layout="constrained")
+    drawn: Figure = figure_class()(figsize=(10.0, height_in), layout="constrained")
     scene, histogram = drawn.subplots(1, 2, width_ratios=(2.6, 1))
     histogram.spines[["top", "right"]].set_visible(False)
     drawn.suptitle(_title(report, truth_m3), color=INK, fontsize=13)
@@ -76,7 +76,15 @@ def save_picture(
         raise DivespotError(f"{path}: cannot be written ({error.strerror})") from None
 
 
-def _figure_class() -> Any:  # noqa: ANN401 - matplotlib may be absent
+def figure_class() -> Any:  # noqa: ANN401 - matplotlib may be absent
+    """Return matplotlib's `Figure`.
+
+    Raises
+    ------
+    DivespotError
+        matplotlib is not installed.
+
+    """
     try:
         from matplotlib.figure import Figure  # noqa: PLC0415 - an extra
     except ImportError:

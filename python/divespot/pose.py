@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,12 +11,12 @@ import numpy as np
 
 from divespot import _native
 from divespot.errors import DivespotError
-from divespot.plane import Plane, cone
+from divespot.plane import Plane, cone, rotation_to_z
 from divespot.report import Ground
 from divespot.settings import given
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from divespot.intake import Cloud
     from divespot.objects import GroundLevel
@@ -74,12 +75,23 @@ def parse_up(up: str) -> tuple[float, float, float] | None:
     return x, y, z
 
 
+def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
+    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
+    asked = parse_up(up)
+    if asked is not None:
+        return np.asarray(np.array(asked) / np.linalg.norm(asked))
+    along = np.asarray(normal)
+    nearest = int(np.abs(along).argmax())
+    return np.asarray(np.copysign(1.0, along[nearest]) * np.array([*AXES.values()])[nearest])
+
+
 def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -> Pose:
     """Find the ground plane and the rotation that lays it level.
 
     Of several planes the one is taken that has (nearly) nothing below it and on which something
     slopes as bulk material does; see the core's ``ground`` module. The paper takes the largest,
-    which may be a wall.
+    which may be a wall. Inside an outline above a given height, where perhaps no ground was seen,
+    level is what is upright to the direction that the height is along.
 
     Raises
     ------
@@ -88,6 +100,8 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
 
     """
     up = parse_up(settings.up)
+    if not settings.level:
+        return _as_it_is(points, up or AXES["z"], given(settings.plane_threshold_m))
     parts, rotation = _native.find_ground(
         points,
         survey.at_m,
@@ -99,7 +113,34 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
         settings.threads,
     )
     plane = Plane(*parts)
-    return Pose(plane, rotation, _angle_deg(plane.normal, up or AXES["z"]))
+    tilt_deg = _angle_deg(plane.normal, up or AXES["z"])
+    if settings.outline is not None and settings.base.startswith("height="):
+        plane = _upright(plane, points, settings)
+        rotation = rotation_to_z(plane.normal)
+    return Pose(plane, rotation, tilt_deg)
+
+
+def _upright(plane: Plane, points: NDArray[np.float64], settings: Settings) -> Plane:
+    """Return the plane across up through the middle of a plane's points.
+
+    The sides of a prism are as high as the base is deep: they must run along the base's normal.
+    """
+    near = np.abs(plane.heights_m(points)) <= given(settings.plane_threshold_m)
+    x, y, z = upward(plane.normal, settings.up).tolist()
+    offset_m = float(points[near].mean(axis=0) @ (x, y, z))
+    return dataclasses.replace(plane, normal=(x, y, z), offset_m=offset_m)
+
+
+def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> Pose:
+    """Return the pose of a scan that is taken as level, z = 0 at the middle one of its heights."""
+    rotation = _native.rotation_to_z(up)
+    heights = points @ rotation[2]
+    offset = float(np.median(heights))
+    off = np.abs(heights - offset)
+    near = off[off <= threshold_m]
+    x, y, z = rotation[2].tolist()
+    plane = Plane((x, y, z), offset, len(near), math.sqrt(float((near * near).mean())))
+    return Pose(plane, rotation, 0.0)
 
 
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:

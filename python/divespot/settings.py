@@ -17,9 +17,14 @@ if TYPE_CHECKING:
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
 FLATTEST_REPOSE_DEG = 15.0
 
-#: With fewer points than this a pile that takes up a hundredth of the scene has less than sixty: a
-#: mean over cells would leave it no shape.
-FEW_POINTS = 6_000
+#: A pile that takes up this share of the scene is to have so many points at least: the means over
+#: fifteen cells of four points would leave it no shape. With fewer points in all than gives it
+#: these, the surface is triangulated.
+PILE_SHARE, PILE_POINTS = 0.01, 60
+FEW_POINTS = PILE_POINTS / PILE_SHARE
+
+#: A point this many standard deviations from a plane does not support it.
+SIGMAS = 4.0
 
 #: Edge of the cells on which the triangles between few points are drawn, in point spacings.
 FINE = 1.0 / 3.0
@@ -47,6 +52,7 @@ class Settings:
     voxel_m: float | None = length(
         "edge of the voxels for uniform sampling; 0: none", 0.0, derivable=True
     )
+    level: bool = flag("turn the ground level; off: z is up, as it is in the scan", default=True)
     plane_threshold_m: float | None = positive("distance within which points support a plane")
     hypotheses: int = count("planes through three random points that are tried at most", 1000, 1)
     cell_m: float | None = positive("edge of a cell of the ground grid")
@@ -68,6 +74,10 @@ class Settings:
         "level",
     )
     margin_m: float | None = positive("height above the ground from which it is an object")
+    fine_cluster: bool = flag(
+        "cluster what stands above the ground; off: it is one, but where valleys part it",
+        default=True,
+    )
     fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
     cluster_backend: Literal["divespot", "hdbscan"] = choice(
         "what does the clustering", "divespot", "hdbscan"
@@ -91,6 +101,17 @@ class Settings:
     ring_share: float = positive(
         "width of the ring of ground for the local base, by object size", 0.15
     )
+    method: Literal["grid", "voxels", "slices", "hull", "alpha", "tin"] = choice(
+        "how a volume is taken: ground grid (paper), inner voxels, slices, convex hull, alpha "
+        "shape, triangles (see `divespot.volume`; all but the first two need SciPy)",
+        *("grid", "voxels", "slices", "hull", "alpha", "tin"),
+    )
+    inner_voxel_m: float | None = positive("edge of the voxels of the method voxels")
+    slice_m: float | None = positive("thickness of the layers of the method slices")
+    slice_contour: Literal["convex", "concave"] = choice(
+        "hull around the points of a layer", "convex", "concave"
+    )
+    alpha_m: float | None = positive("largest radius of the method alpha")
     factor: float = positive("compensation factor of the volume (paper)", 1.0)
     density_kg_m3: float | None = positive("bulk density, for the mass")
     density_u_kg_m3: float | None = length(
@@ -148,27 +169,34 @@ class Settings:
         is the coarser of the two.
         """
         spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
-        roughness = _rounded(survey.roughness_m)
         few = points < FEW_POINTS and self.surface != "cells"
         cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
         fitting: Any = "triangles" if cell < spacing else "cells"
-        return self._completed(
-            surface=fitting if self.surface == "auto" else self.surface,
+        chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)
+        return chosen.completed(
             radius_m=4.0 * spacing,
             voxel_m=2.0 * spacing,
-            plane_threshold_m=max(1.5 * spacing, 4.0 * roughness),
             cell_m=cell,
-            bin_m=max(roughness, spacing / 8.0),
             fine_radius_m=2.5 * cell,
             link_m=2.5 * cell,
+            inner_voxel_m=cell,
+            slice_m=0.25 * cell,
+            **({} if chosen.surface == "triangles" else ground_lengths(survey)),
             **self._density(),
         )
+
+    def flattened(self, flatness_m: float) -> Settings:
+        """Return settings with the lengths that follow from the ground's standard deviation.
+
+        Where points are as far apart as piles are high, their spacing does not tell it.
+        """
+        return self.completed(plane_threshold_m=SIGMAS * flatness_m, bin_m=flatness_m)
 
     def grounded(self, noise_m: float) -> Settings:
         """Return resolved settings with the lengths that follow from the noise of the ground."""
         cell = given(self.cell_m)
         margin = max(4.0 * noise_m, 0.5 * cell) if self.margin_m is None else self.margin_m
-        return self._completed(
+        return self.completed(
             margin_m=margin,
             toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
         )
@@ -183,10 +211,21 @@ class Settings:
             "density_u_kg_m3": material.density_u_kg_m3,
         }
 
-    def _completed(self, **derived: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+    def completed(self, **derived: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+        """Return these settings with values for those that are not known yet."""
         open_ = (None, "auto")
         missing = {name: value for name, value in derived.items() if getattr(self, name) in open_}
         return self.changed(**missing)
+
+
+def ground_lengths(survey: Survey) -> dict[str, float]:
+    """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
+    spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
+    roughness = _rounded(survey.roughness_m)
+    return {
+        "plane_threshold_m": max(1.5 * spacing, 4.0 * roughness),
+        "bin_m": max(roughness, spacing / 8.0),
+    }
 
 
 def _rounded(length_m: float) -> float:

@@ -11,15 +11,12 @@ import numpy as np
 from divespot import _native
 from divespot._arguments import as_floats, whole
 from divespot.plane import fit_plane
-from divespot.settings import given
+from divespot.settings import ground_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from divespot.settings import Settings
-
-#: A point this many standard deviations from a plane does not support it.
-SIGMAS = 4.0
 
 #: Thresholds that are tried, each half of the one before.
 HALVINGS = 8
@@ -84,29 +81,24 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
 def take_survey(points: NDArray[np.float64], settings: Settings) -> tuple[Survey, Settings]:
     """Survey a cloud, and return the lengths that follow with it."""
     found = survey(points, seed=settings.seed, threads=settings.threads)
-    resolved = settings.resolved(found, len(points))
-    if resolved.surface == "cells" or settings.plane_threshold_m is not None:
-        return found, resolved
-    threshold_m = SIGMAS * flatness(found.at_m, resolved)
-    bin_m = threshold_m / SIGMAS if settings.bin_m is None else settings.bin_m
-    return found, resolved.changed(plane_threshold_m=threshold_m, bin_m=bin_m)
+    return found, settings.resolved(found, len(points))
 
 
-def flatness(some: NDArray[np.float64], settings: Settings) -> float:
+def flatness(found: Survey, settings: Settings) -> float:
     """Return the standard deviation of the flattest part of a cloud about its plane, in metres.
 
     Where points are as far apart as piles are high, neighbours do not tell how thick the ground
     is, and a threshold by their spacing takes the piles for a part of it. Of the planes within
-    ever smaller thresholds the one is taken to which the nearest share of `some` points lies
-    nearest (least quantile of squares).
+    ever smaller thresholds the one is taken to which the nearest share of the surveyed points
+    lies nearest (least quantile of squares).
     """
-    least = math.inf
+    least, widest_m = math.inf, ground_lengths(found)["plane_threshold_m"]
     for halvings in range(HALVINGS):
-        threshold_m = given(settings.plane_threshold_m) / 2.0**halvings
-        plane = fit_plane(some, threshold_m, seed=settings.seed, threads=settings.threads)
-        off = np.abs(some @ np.array(plane.normal) - plane.offset_m)
+        threshold_m = widest_m / 2.0**halvings
+        plane = fit_plane(found.at_m, threshold_m, seed=settings.seed, threads=settings.threads)
+        off = np.abs(found.at_m @ np.array(plane.normal) - plane.offset_m)
         least = min(least, float(np.quantile(off, FLAT_SHARE)))
-    return max(least / FLAT_QUANTILE, SMALLEST * given(settings.plane_threshold_m))
+    return max(least / FLAT_QUANTILE, SMALLEST * widest_m)
 
 
 def point_spacing(points: ArrayLike, *, seed: int = 0) -> float:

@@ -13,6 +13,7 @@ from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
 from divespot.cli.materials import materials
 from divespot.cli.measure import measure
+from divespot.cli.reproduce import reproduce
 from divespot.cli.simulate import simulate
 
 __all__ = ["main"]
@@ -24,5 +25,5 @@ def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, simulate, demo, evaluate, materials):
+for command in (measure, simulate, demo, evaluate, reproduce, materials):
     main.add_command(command)

@@ -42,41 +42,77 @@ impl Node {
 /// Nodes move by diagonals: as far as they go, that is the same as row by row, but the nodes of a
 /// diagonal do not wait for each other.
 pub(crate) fn relax(heights_m: &mut [f64], columns: usize, nodes: &[Node], largest_m: f64) {
-    let mut nodes = nodes.to_vec();
-    nodes.sort_by_key(|node| node.at / columns + node.at % columns);
+    let mut field = Field::around(heights_m, columns);
+    let mut nodes: Vec<Pulled> = nodes.iter().filter_map(|node| field.pulled(node)).collect();
+    nodes.sort_by_key(|node| node.diagonal);
     for _ in 0..SWEEPS {
-        if sweep(heights_m, columns, &nodes) <= SETTLED * largest_m {
+        if field.sweep(&nodes) <= SETTLED * largest_m {
             break;
         }
     }
+    nodes.iter().for_each(|node| heights_m[node.at] = field.heights_m[node.framed]);
 }
 
-/// Moves every node towards its balance; the largest move.
-fn sweep(heights_m: &mut [f64], columns: usize, nodes: &[Node]) -> f64 {
-    let mut largest = 0.0_f64;
-    for node in nodes {
-        let near = neighbors(heights_m, columns, node.at);
-        let (sum, count) = near.fold((0.0, 0.0), |(s, n), h| (s + h, n + 1.0));
-        if count + node.weight == 0.0 {
-            continue;
+/// Heights with a frame around them, so that every node has four neighbours.
+struct Field {
+    columns: usize,
+    /// Columns of the frame and the heights.
+    width: usize,
+    /// Nought in the frame and where no height is known: that adds nothing.
+    heights_m: Vec<f64>,
+    /// One where a height is known, nought elsewhere.
+    known: Vec<f64>,
+}
+
+/// A node that something pulls at, its neighbours counted.
+struct Pulled {
+    at: usize,
+    /// Its place in the framed field.
+    framed: usize,
+    diagonal: usize,
+    sum: f64,
+    weight: f64,
+}
+
+impl Field {
+    fn around(heights_m: &[f64], columns: usize) -> Self {
+        let width = columns + 2;
+        let size = width * (heights_m.len().div_ceil(columns.max(1)) + 2);
+        let mut field = Self { columns, width, heights_m: vec![0.0; size], known: vec![0.0; size] };
+        for (at, &height) in heights_m.iter().enumerate().filter(|(_, h)| !h.is_nan()) {
+            let framed = field.framed(at);
+            (field.heights_m[framed], field.known[framed]) = (height, 1.0);
         }
-        let balance = (sum + node.sum) / (count + node.weight);
-        let step = RELAXATION * (balance - heights_m[node.at]);
-        heights_m[node.at] += step;
-        largest = largest.max(step.abs());
+        field
     }
-    largest
-}
 
-fn neighbors(heights_m: &[f64], columns: usize, node: usize) -> impl Iterator<Item = f64> + '_ {
-    let column = node % columns;
-    let left = (column > 0).then(|| node - 1);
-    let right = (column + 1 < columns).then_some(node + 1);
-    let below = node.checked_sub(columns);
-    [left, right, below, Some(node + columns)]
-        .into_iter()
-        .filter_map(|n| heights_m.get(n?).copied())
-        .filter(|h| !h.is_nan())
+    fn framed(&self, at: usize) -> usize {
+        (at / self.columns + 1) * self.width + at % self.columns + 1
+    }
+
+    /// The sum of the neighbours' values.
+    fn four(&self, values: &[f64], at: usize) -> f64 {
+        values[at - 1] + values[at + 1] + values[at - self.width] + values[at + self.width]
+    }
+
+    fn pulled(&self, node: &Node) -> Option<Pulled> {
+        let framed = self.framed(node.at);
+        let diagonal = node.at / self.columns + node.at % self.columns;
+        let weight = self.four(&self.known, framed) + node.weight;
+        (weight > 0.0).then_some(Pulled { at: node.at, framed, diagonal, sum: node.sum, weight })
+    }
+
+    /// Moves every node towards its balance; the largest move.
+    fn sweep(&mut self, nodes: &[Pulled]) -> f64 {
+        let mut largest = 0.0_f64;
+        for node in nodes {
+            let balance = (self.four(&self.heights_m, node.framed) + node.sum) / node.weight;
+            let step = RELAXATION * (balance - self.heights_m[node.framed]);
+            self.heights_m[node.framed] += step;
+            largest = largest.max(step.abs());
+        }
+        largest
+    }
 }
 
 impl Film {

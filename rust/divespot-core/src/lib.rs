@@ -23,6 +23,7 @@ pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
+pub mod strays;
 pub mod survey;
 pub mod terrain;
 pub mod tin;

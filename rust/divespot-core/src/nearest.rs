@@ -43,31 +43,42 @@ impl<'a> Tree<'a> {
     /// The `count` positions nearest to `at` with their squared distances, the nearest first;
     /// among equally distant ones those with the lowest coordinates.
     pub(crate) fn nearest(&self, at: &Point, count: usize) -> Vec<(f64, Point)> {
+        self.found(at, count).into_iter().map(|(distance, p, _)| (distance, p)).collect()
+    }
+
+    /// The rows of the `count` nearest positions, in the same order; of equal positions the first
+    /// row first.
+    pub(crate) fn nearest_rows(&self, at: &Point, count: usize) -> Vec<u32> {
+        self.found(at, count).into_iter().map(|(_, _, row)| row).collect()
+    }
+
+    fn found(&self, at: &Point, count: usize) -> Vec<Found> {
         let mut search = Search { tree: self, at, count, found: Vec::with_capacity(count + 1) };
         search.below(0, [0.0; 3]);
         search.found
     }
 
-    fn leaf(&self, leaf: usize) -> impl Iterator<Item = &Point> {
+    fn leaf(&self, leaf: usize) -> &[u32] {
         let start = if leaf == 0 { 0 } else { self.ends[leaf - 1] };
-        self.rows[start as usize..self.ends[leaf] as usize]
-            .iter()
-            .map(|&row| &self.points[row as usize])
+        &self.rows[start as usize..self.ends[leaf] as usize]
     }
 }
+
+/// Squared distance, position and row.
+type Found = (f64, Point, u32);
 
 struct Search<'a> {
     tree: &'a Tree<'a>,
     at: &'a Point,
     count: usize,
-    found: Vec<(f64, Point)>,
+    found: Vec<Found>,
 }
 
 impl Search<'_> {
     /// Searches below a node that is `away` along each axis.
     fn below(&mut self, node: usize, away: Point) {
         let Some(&(axis, split)) = self.tree.splits.get(node) else {
-            self.tree.leaf(node - self.tree.splits.len()).for_each(|p| self.offer(p));
+            self.tree.leaf(node - self.tree.splits.len()).iter().for_each(|&row| self.offer(row));
             return;
         };
         let beyond = self.at[axis] - split;
@@ -90,19 +101,20 @@ impl Search<'_> {
     }
 
     #[inline]
-    fn offer(&mut self, p: &Point) {
+    fn offer(&mut self, row: u32) {
+        let p = &self.tree.points[row as usize];
         let distance = square(std::array::from_fn(|k| p[k] - self.at[k]));
         if self.full() && distance > self.worst() {
             return;
         }
-        let before = |other: &(f64, Point)| compare(other, &(distance, *p)) == Ordering::Less;
-        let place = self.found.partition_point(before);
-        self.found.insert(place, (distance, *p));
+        let new = (distance, *p, row);
+        let place = self.found.partition_point(|other| compare(other, &new) == Ordering::Less);
+        self.found.insert(place, new);
         self.found.truncate(self.count);
     }
 }
 
-fn compare(a: &(f64, Point), b: &(f64, Point)) -> Ordering {
+fn compare(a: &Found, b: &Found) -> Ordering {
     a.partial_cmp(b).unwrap_or(Ordering::Equal)
 }
 
@@ -173,7 +185,7 @@ mod tests {
     fn slow(points: &[Point], at: &Point, count: usize) -> Vec<(f64, Point)> {
         let away = |p: &Point| square(std::array::from_fn(|k| p[k] - at[k]));
         let mut all: Vec<(f64, Point)> = points.iter().map(|p| (away(p), *p)).collect();
-        all.sort_by(compare);
+        all.sort_by(|a, b| compare(&(a.0, a.1, 0), &(b.0, b.1, 0)));
         all.truncate(count);
         all
     }

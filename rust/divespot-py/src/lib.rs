@@ -28,7 +28,7 @@ mod _native {
     #[pymodule_export]
     use crate::histogram::{ground_height, height_histogram};
     #[pymodule_export]
-    use crate::neighbors::radius_outlier_mask;
+    use crate::neighbors::{radius_outlier_mask, surface_mask};
     #[pymodule_export]
     use crate::piles::{RawObject, measure_inside, measure_objects, pieces};
     #[pymodule_export]

@@ -19,3 +19,17 @@ pub(crate) fn radius_outlier_mask<'py>(
     });
     Ok(mask.map_err(raise)?.into_pyarray(py))
 }
+
+#[pyfunction]
+pub(crate) fn surface_mask<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    threads: usize,
+) -> PyResult<Column<'py, bool>> {
+    let (cloud, count) = cloud(points, threads)?;
+    let mask = py.detach(|| {
+        let threads = divespot_core::thread_count(threads);
+        divespot_core::strays::surface_mask(&cloud.points, threads)
+    });
+    Ok(cloud.spread(mask, false, count).into_pyarray(py))
+}

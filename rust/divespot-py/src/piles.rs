@@ -11,6 +11,7 @@ type Place = (f64, f64, f64);
 
 /// What the core knows of one object; lengths in the levelled frame.
 #[pyclass(frozen, get_all)]
+#[derive(Clone)]
 pub(crate) struct RawObject {
     label: i32,
     cut_m3: f64,
@@ -32,6 +33,14 @@ pub(crate) struct RawObject {
     grid_m3: f64,
     registration_m3: f64,
     scale_m3: f64,
+}
+
+#[pymethods]
+impl RawObject {
+    /// The same object with a volume that another method found.
+    fn with_volume(&self, cut_m3: f64, fill_m3: f64) -> Self {
+        Self { cut_m3, fill_m3, ..self.clone() }
+    }
 }
 
 impl From<Object> for RawObject {

@@ -11,13 +11,14 @@ use crate::Point;
 /// ground around all of them.
 pub(crate) fn alone(
     found: Patch,
-    whole: Patch,
+    mut whole: Patch,
     points: &[Point],
     settings: &Settings,
 ) -> Vec<(Patch, Patch)> {
-    let base = ring_plane(&whole).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+    whole.plane = ring_plane(&whole).map(|(plane, _)| plane);
+    let base = whole.plane.clone().unwrap_or_else(|| settings.ground.clone());
     let (found, whole) = cleared(found, whole, &base, points, settings);
-    let above = gaps::fill(&whole, &above_base(&whole, &base)).above_m;
+    let above = gaps::heights(&whole, &above_base(&whole, &base));
     let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];
     };

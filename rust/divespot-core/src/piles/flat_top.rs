@@ -6,8 +6,6 @@
 //! which is the number of its points on the top over that of the cells around it which lie wholly
 //! on the top.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use super::{Object, Reason, to_f64};
 use crate::Point;
 use crate::heightmap::{Grid, Volume};
@@ -23,12 +21,29 @@ const BETWEEN: f64 = 0.289;
 /// Takes flat-topped objects with steep sides for what their tops cover, in place of their volume
 /// by the height of their cells.
 pub fn trim_flat_tops(grid: &Grid, points: &[Point], objects: &mut [Object], margin_m: f64) {
-    for object in objects.iter_mut().filter(|o| o.reason == Some(Reason::SteepSides)) {
-        if let Some(height_m) = flat_top(object, margin_m) {
-            let cells = covered(grid, &on_top(grid, points, object, height_m, margin_m));
-            trim(object, height_m, cells * grid.cell_m * grid.cell_m);
-        }
+    let steep = objects.iter_mut().filter(|o| o.reason == Some(Reason::SteepSides));
+    let mut flat: Vec<(&mut Object, f64)> =
+        steep.filter_map(|o| flat_top(o, margin_m).map(|height_m| (o, height_m))).collect();
+    let points = points_over(grid, points, flat.iter().map(|(object, _)| &**object));
+    for (object, height_m) in &mut flat {
+        let cells = covered(grid, &on_top(grid, &points, object, *height_m, margin_m));
+        trim(object, *height_m, cells * grid.cell_m * grid.cell_m);
     }
+}
+
+/// The points above the cells that any of the objects covers, each with its cell.
+fn points_over<'a>(
+    grid: &Grid,
+    points: &[Point],
+    objects: impl Iterator<Item = &'a Object>,
+) -> Vec<(usize, Point)> {
+    let mut covers = vec![false; grid.len()];
+    objects.flat_map(|o| &o.covers_m).for_each(|p| covers[grid.cell(p)] = true);
+    if !covers.contains(&true) {
+        return Vec::new();
+    }
+    let placed = points.iter().map(|p| (grid.cell(p), *p));
+    placed.filter(|&(cell, _)| covers[cell]).collect()
 }
 
 /// The height of an object's top above its base, if it is flat.
@@ -42,44 +57,42 @@ fn flat_top(object: &Object, margin_m: f64) -> Option<f64> {
     flat.then(|| top.iter().sum::<f64>() / to_f64(top.len()))
 }
 
-/// Points on the top in each cell that the object covers.
+/// Points on the top in each cell that the object covers; NaN in all others.
 fn on_top(
     grid: &Grid,
-    points: &[Point],
+    points: &[(usize, Point)],
     object: &Object,
     height_m: f64,
     margin_m: f64,
-) -> BTreeMap<usize, f64> {
-    let mut count: BTreeMap<usize, f64> =
-        object.covers_m.iter().map(|p| (grid.cell(p), 0.0)).collect();
-    let mut covers = vec![false; grid.len()];
-    count.keys().for_each(|&cell| covers[cell] = true);
-    for p in points.iter().filter(|p| covers[grid.cell(*p)]) {
-        let off = p[2] - object.base.at([p[0], p[1]]) - height_m;
-        if off.abs() <= margin_m {
-            *count.entry(grid.cell(p)).or_default() += 1.0;
+) -> Vec<f64> {
+    let mut count = vec![f64::NAN; grid.len()];
+    object.covers_m.iter().for_each(|p| count[grid.cell(p)] = 0.0);
+    for &(cell, [x, y, z]) in points {
+        let on_top = || (z - object.base.at([x, y]) - height_m).abs() <= margin_m;
+        if !count[cell].is_nan() && on_top() {
+            count[cell] += 1.0;
         }
     }
     count
 }
 
 /// How many cells the top covers, from the points on it in each cell.
-fn covered(grid: &Grid, on_top: &BTreeMap<usize, f64>) -> f64 {
-    let any = |n: usize| on_top.get(&n).is_some_and(|&count| count > 0.0);
-    let whole: BTreeSet<usize> =
-        on_top.keys().copied().filter(|&cell| grid.around(cell, 1).all(any)).collect();
+fn covered(grid: &Grid, on_top: &[f64]) -> f64 {
+    let cells: Vec<usize> = (0..on_top.len()).filter(|&cell| !on_top[cell].is_nan()).collect();
+    let is_whole = |cell: usize| grid.around(cell, 1).all(|n| on_top[n] > 0.0);
+    let mut whole = vec![false; on_top.len()];
+    cells.iter().for_each(|&cell| whole[cell] = is_whole(cell));
     let mean = |cells: &mut dyn Iterator<Item = usize>| {
-        let known = cells.filter_map(|n| on_top.get(&n));
+        let known = cells.filter(|&cell| whole[cell]).map(|cell| on_top[cell]);
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), n| (sum + n, count + 1.0));
         (count > 0.0).then(|| sum / count)
     };
-    let everywhere = mean(&mut whole.iter().copied());
-    let share = |(&cell, &count): (&usize, &f64)| {
-        let around =
-            mean(&mut grid.around(cell, NEAR).filter(|n| whole.contains(n))).or(everywhere);
-        if whole.contains(&cell) { 1.0 } else { around.map_or(1.0, |full| (count / full).min(1.0)) }
+    let everywhere = mean(&mut cells.iter().copied());
+    let share = |&cell: &usize| {
+        let around = mean(&mut grid.around(cell, NEAR)).or(everywhere);
+        if whole[cell] { 1.0 } else { around.map_or(1.0, |full| (on_top[cell] / full).min(1.0)) }
     };
-    on_top.iter().map(share).sum()
+    cells.iter().map(share).sum()
 }
 
 /// What lies beyond the top was counted too much: trimming never adds.

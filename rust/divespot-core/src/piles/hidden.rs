@@ -141,23 +141,28 @@ impl Flank {
     ) -> Self {
         let nothing = vec![NOBODY; grid.len()];
         let mut flank = Self { owner: nothing, above_m: vec![0.0; grid.len()] };
-        // Heights above nought are ordered as their bits are.
+        // Heights above nought are ordered as their bits are; of equal ones the first rim's goes first.
+        let mut best = vec![(0, Reverse(usize::MAX)); grid.len()];
         let mut heap = BinaryHeap::new();
-        let reach = |heap: &mut BinaryHeap<_>, from: usize, rim: usize, flank: &Self| {
+        let mut reach = |heap: &mut BinaryHeap<_>, from: usize, rim: usize| {
             let Rim { from: start, owner, above_m, .. } = rims[rim];
             for n in EIGHT.iter().filter_map(|&(dx, dy)| grid.neighbor(from, dx, dy)) {
+                if !unseen(n) {
+                    continue;
+                }
                 let height = above_m - slope(owner) * distance(grid, start, n);
-                if height > 0.0 && unseen(n) && flank.owner[n] == NOBODY {
+                if height > 0.0 && (height.to_bits(), Reverse(rim)) > best[n] {
+                    best[n] = (height.to_bits(), Reverse(rim));
                     heap.push((height.to_bits(), Reverse(n), Reverse(rim)));
                 }
             }
         };
-        (0..rims.len()).for_each(|rim| reach(&mut heap, rims[rim].last, rim, &flank));
+        (0..rims.len()).for_each(|rim| reach(&mut heap, rims[rim].last, rim));
         while let Some((bits, Reverse(cell), Reverse(rim))) = heap.pop() {
             if flank.owner[cell] == NOBODY {
                 flank.owner[cell] = rims[rim].owner;
                 flank.above_m[cell] = f64::from_bits(bits);
-                reach(&mut heap, cell, rim, &flank);
+                reach(&mut heap, cell, rim);
             }
         }
         flank

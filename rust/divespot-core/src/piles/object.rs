@@ -114,7 +114,7 @@ fn volume(patch: &Patch, filled: &[f64]) -> Volume {
 
 fn compared_m3(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> f64 {
     let above = above_base(patch, &base_of(patch, wanted, settings));
-    volume(patch, &gaps::fill(patch, &above).above_m).net_m3()
+    volume(patch, &gaps::heights(patch, &above)).net_m3()
 }
 
 pub(crate) fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {

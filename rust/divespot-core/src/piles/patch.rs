@@ -1,5 +1,6 @@
 //! The part of the height map around one object.
 
+use super::base::Base;
 use super::hidden;
 use super::region::Part;
 use super::territory::{NOBODY, Territory};
@@ -31,6 +32,8 @@ pub(crate) struct Patch {
     pub(crate) border: Vec<bool>,
     /// Cells of walls at the core's edge and in its toe's place.
     pub(crate) walls: Vec<bool>,
+    /// The plane through the ring, if it was sought; it holds while the core stays as it is.
+    pub(crate) plane: Option<Base>,
     /// The part of each cell that counts, where an outline runs through cells.
     parts: Option<Vec<Part>>,
 }
@@ -91,7 +94,7 @@ impl Patch {
         territory: &Territory,
         reach: &[Reach],
     ) -> Vec<(i32, Self)> {
-        let windows = windows(scene.grid, territory);
+        let windows = windows(scene.grid, territory, reach);
         let labelled = (0i32..)
             .zip(windows.into_iter().zip(reach))
             .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
@@ -117,6 +120,7 @@ impl Patch {
             walls: vec![false; cells.len()],
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
+            plane: None,
             parts: None,
         }
     }
@@ -208,14 +212,14 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
     cells.iter().map(zone).collect()
 }
 
-/// The smallest window around each label's territory, and around its cells with as much about them
-/// as a ring has at least: what stands right beside an object is another's territory.
-fn windows(grid: &Grid, territory: &Territory) -> Vec<Option<Window>> {
-    let mut windows: Vec<Option<Window>> = Vec::new();
+/// The smallest window around the cells in each label's reach, and around its own with as much about
+/// them as a ring has at least: what stands right beside an object is another's territory.
+fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
+    let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
     for (cell, (&label, &steps)) in territory.owner.iter().zip(&territory.steps).enumerate() {
         let Ok(label) = usize::try_from(label) else { continue };
-        if windows.len() <= label {
-            windows.resize(label + 1, None);
+        if steps > reach[label].toe + reach[label].ring {
+            continue;
         }
         let about = if steps == 0 { FEWEST_STEPS as usize } else { 0 };
         let span =

@@ -28,8 +28,9 @@ impl Repose {
     ///
     /// The flanks differ by their scatter, and so may the one that is hidden.
     pub(crate) fn of(grid: &Grid, cells: &[usize], height: impl Fn(usize) -> f64) -> Self {
-        let reach = (SHARE * (cells.len() as f64).sqrt()).round().max(1.0) as isize;
-        let slopes = cells.iter().filter_map(|&cell| slope(grid, cell, reach, &height));
+        let reach = (SHARE * (cells.len() as f64).sqrt()).round().max(1.0) as usize;
+        let band = Band::around(grid, cells, reach, height);
+        let slopes = cells.iter().map(|&cell| band.slope(cell, reach));
         let flanks: Vec<f64> = slopes.filter(|s| (FLANK.0..FLANK.1).contains(s)).collect();
         if flanks.len() < FEWEST {
             return ANY;
@@ -45,21 +46,48 @@ impl Repose {
     }
 }
 
-/// Slope of the least-squares plane through the square around a cell, if all of it was seen.
-fn slope(grid: &Grid, cell: usize, reach: isize, height: impl Fn(usize) -> f64) -> Option<f64> {
-    let (mut rise, mut runs) = ([0.0; 2], 0.0);
-    for dy in -reach..=reach {
-        for dx in -reach..=reach {
-            let h = height(grid.neighbor(cell, dx, dy)?);
-            if h.is_nan() {
-                return None;
-            }
-            rise[0] += dx as f64 * h;
-            rise[1] += dy as f64 * h;
-            runs += (dx * dx) as f64 * grid.cell_m;
-        }
+/// The heights of the rows that cells lie in, each asked for once.
+struct Band<'a> {
+    grid: &'a Grid,
+    first: usize,
+    heights_m: Vec<f64>,
+}
+
+impl<'a> Band<'a> {
+    /// The rows from the first to the last square around one of `cells`.
+    fn around(
+        grid: &'a Grid,
+        cells: &[usize],
+        reach: usize,
+        height: impl Fn(usize) -> f64,
+    ) -> Self {
+        let margin = reach * (grid.columns + 1);
+        let first = cells.iter().min().map_or(0, |cell| cell.saturating_sub(margin));
+        let end = cells.iter().max().map_or(0, |cell| (cell + margin + 1).min(grid.len()));
+        Self { grid, first, heights_m: (first..end).map(height).collect() }
     }
-    Some(rise[0].hypot(rise[1]) / runs)
+
+    /// Slope of the least-squares plane through the square around a cell; NaN unless all of it was
+    /// seen.
+    fn slope(&self, cell: usize, reach: usize) -> f64 {
+        let width = self.grid.columns;
+        let inside = |at: usize, end: usize| at >= reach && at + reach < end;
+        if !inside(cell % width, width) || !inside(cell / width, self.grid.rows) {
+            return f64::NAN;
+        }
+        let (mut rise, mut runs) = ([0.0; 2], 0.0);
+        for row in 0..=2 * reach {
+            let start = cell + row * width - reach * (width + 1) - self.first;
+            let dy = row as f64 - reach as f64;
+            for (column, h) in self.heights_m[start..=start + 2 * reach].iter().enumerate() {
+                let dx = column as f64 - reach as f64;
+                rise[0] += dx * h;
+                rise[1] += dy * h;
+                runs += dx * dx * self.grid.cell_m;
+            }
+        }
+        rise[0].hypot(rise[1]) / runs
+    }
 }
 
 #[cfg(test)]

@@ -19,7 +19,9 @@ pub(crate) fn ring(patch: &Patch) -> ([f64; 2], Vec<[f64; 3]>) {
 /// The plane through the ring of ground around an object, and the ring's cells.
 pub(crate) fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
     let (center, ring) = ring(patch);
-    Some((Base::around(center, &ring, patch.grid.cell_m)?, ring))
+    let known = patch.plane.as_ref().filter(|plane| plane.center_m == center).cloned();
+    let plane = known.or_else(|| Base::around(center, &ring, patch.grid.cell_m))?;
+    Some((plane, ring))
 }
 
 pub(crate) fn ring_base(patch: &Patch) -> Option<Base> {

@@ -1,0 +1,58 @@
+"""How much is done: rounds, densities and sizes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from divespot.errors import DivespotError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """What a run of all experiments does.
+
+    Attributes
+    ----------
+    seed
+        Draws the piles; every random draw follows from it.
+    rounds
+        Scans of each of the 18 shapes, with fresh noise.
+    side_rounds
+        Scans of each shape in the other experiments.
+    density
+        Points of the scans of the shapes, relative to the scenes' own.
+    side_density
+        The same for the comparison of methods and of grounds.
+    layers
+        Sizes of the growing pile: its height in voxels.
+    time_points
+        Points of the scan whose running time is taken.
+
+    """
+
+    seed: int = 0
+    rounds: int = 50
+    side_rounds: int = 10
+    density: float = 1.0
+    side_density: float = 1.0
+    layers: tuple[int, ...] = (80, 100, 125, 160, 200, 250)
+    time_points: int = 300_000
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.side_rounds <= self.rounds:
+            raise DivespotError(
+                f"rounds is {self.rounds} and side_rounds {self.side_rounds}: at least 1, and no "
+                "more side rounds than rounds, are needed"
+            )
+
+    @classmethod
+    def quick(cls, seed: int = 0) -> Plan:
+        """Return a plan for a few minutes."""
+        return cls(
+            seed=seed, rounds=3, side_rounds=1, side_density=0.25, layers=(80, 100, 125, 160, 200)
+        )
+
+    @property
+    def other_seed(self) -> int:
+        """Seed of the piles that the compensation factor is calibrated on."""
+        return self.seed + 1

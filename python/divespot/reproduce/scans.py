@@ -1,0 +1,99 @@
+"""One simulated scan, measured with all the settings that experiments want of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from divespot.errors import DivespotError
+from divespot.evaluate.matching import match
+from divespot.evaluate.outcome import PileOutcome
+from divespot.kernels import voxel_downsample
+from divespot.pipeline import measure
+from divespot.reproduce.staging import staged
+from divespot.settings import Settings
+from divespot.simulate import scan
+
+if TYPE_CHECKING:
+    from divespot.report import Report
+    from divespot.simulate import SimulatedScan
+
+# Scans are measured side by side, a thread each; the bits are the same at any number of threads.
+OURS = Settings(threads=1)
+PAPER = Settings.paper(threads=1)
+
+
+@dataclass(frozen=True)
+class Scan:
+    """Which scan: of a scene with one pile, as it is or staged in another way."""
+
+    scene: str
+    seed: int
+    repeat: int
+    density: float
+    stage: str = "as it is"
+
+    def take(self) -> SimulatedScan:
+        """Simulate it."""
+        scene = staged(self.scene, self.seed, self.stage)
+        return scan(scene, seed=self.seed, repeat=self.repeat, density=self.density)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """How a scan is measured: thinned with voxels of an edge, unless 0, and with settings."""
+
+    name: str
+    settings: Settings
+    voxel_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What came of it: the pile, and the points that were left of the scan's."""
+
+    pile: PileOutcome
+    points: int
+    kept: float
+
+
+@dataclass(frozen=True)
+class ScanRound:
+    """A scan and its variants."""
+
+    scan: Scan
+    variants: tuple[Variant, ...]
+
+    def result(self) -> dict[str, Any]:
+        """Simulate and measure."""
+        taken = self.scan.take()
+        found = {one.name: _measured(taken, one) for one in self.variants}
+        return {name: dataclasses.asdict(one) for name, one in found.items()}
+
+
+def _measured(taken: SimulatedScan, variant: Variant) -> Measurement:
+    points = taken.points
+    if variant.voxel_m > 0.0:
+        points = voxel_downsample(points, variant.voxel_m, threads=1)
+    try:
+        report: Report | None = measure(points, variant.settings)
+    except DivespotError:
+        report = None  # no volume: an error of all of the pile
+    pile = estimate(taken, report, variant.settings)
+    return Measurement(pile, len(points), len(points) / len(taken.points))
+
+
+def estimate(taken: SimulatedScan, report: Report | None, settings: Settings) -> PileOutcome:
+    """Return what was measured of the only pile of a scan.
+
+    Where one object is measured, as in the paper, or objects are not told apart, all that is
+    measured is taken for the pile.
+    """
+    if report is not None and (settings.select == "largest" or not settings.fine_cluster):
+        objects = (*report.piles, *report.other_objects)
+        if not objects:
+            return PileOutcome(taken.volume_m3)
+        volume = sum(item.volume_m3 for item in objects)
+        return PileOutcome(taken.volume_m3, volume, sum(item.u95_m3 for item in objects))
+    return match(taken, report)[0][0]

@@ -1,0 +1,35 @@
+"""Strays among few points, which would be corners of the surface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from divespot import _native
+from divespot.pose import find_pose
+from divespot.spacing import flatness, survey
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from divespot.settings import Settings
+    from divespot.spacing import Survey
+
+
+def drop_strays(
+    points: NDArray[np.float64], found: Survey, settings: Settings
+) -> tuple[NDArray[np.float64], Survey, Settings]:
+    """Drop points off the surface where points are few, and survey what is left.
+
+    The mean over a cell bears a stray, a triangle between few points does not. Voxels leave every
+    stray, and of the surface a point for hundreds: half of the points may be strays. The ground
+    is found among all of them roughly at first, and its thickness from those that are left.
+    """
+    if settings.surface == "cells":
+        return points, found, settings
+    rough = settings.flattened(flatness(found, settings))
+    pose = find_pose(points, found, rough)
+    level = pose.level(points, settings.threads)
+    kept: NDArray[np.float64] = points[_native.surface_mask(level, settings.threads)]
+    again = survey(kept, seed=settings.seed, threads=settings.threads)
+    return kept, again, settings.flattened(flatness(again, settings))

@@ -1,0 +1,25 @@
+"""Volumes of one pile by the methods that the paper compares.
+
+Each takes points of shape ``(n, 3)``: x, y and the height above the base, a point a cell. What
+`divespot.measure` found is turned into such points by `bodies_of`, and measured by any method with
+the setting ``method``. All but the voxels need SciPy: ``pip install divespot[methods]``.
+"""
+
+from divespot.volume.alpha import alpha_shape
+from divespot.volume.body import Body, bodies_of
+from divespot.volume.hull import hull
+from divespot.volume.methods import METHODS
+from divespot.volume.slices import slices
+from divespot.volume.tin import tin
+from divespot.volume.voxels import inner_voxels
+
+__all__ = [
+    "METHODS",
+    "Body",
+    "alpha_shape",
+    "bodies_of",
+    "hull",
+    "inner_voxels",
+    "slices",
+    "tin",
+]

@@ -1,0 +1,64 @@
+"""What stands between a pile's surface and its base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from divespot.grid import HeightMap
+    from divespot.report import Position, Report
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """The seen cells of a pile.
+
+    Attributes
+    ----------
+    points_m
+        Shape ``(n, 3)``: x and y of the middle of each seen cell inside the outline, and its
+        height above the base.
+    outline_m
+        Shape ``(k, 2)``: corners of the outline in plan.
+    cell_m
+        Edge of a cell.
+
+    """
+
+    points_m: NDArray[np.float64]
+    outline_m: NDArray[np.float64]
+    cell_m: float
+
+
+def bodies_of(report: Report) -> tuple[Body, ...]:
+    """Return the bodies of a report's piles, in its order."""
+    level = report.level
+    piles = (outline.corners_m for outline in level.outlines if outline.reason is None)
+    return tuple(body(level.height_map, level.base_m, corners) for corners in piles)
+
+
+def body(grid: HeightMap, base_m: NDArray[np.float64], corners_m: Sequence[Position]) -> Body:
+    """Cut what lies inside an outline, given in the level frame, out of a height map."""
+    outline = np.array(corners_m, dtype=np.float64).reshape(-1, 3)[:, :2]
+    x, y = grid.centers_m()
+    places = np.stack([x, y, grid.heights_m - base_m], axis=-1).reshape(-1, 3)
+    places = places[~np.isnan(places[:, 2])]
+    return Body(places[inside(places[:, :2], outline)], outline, grid.cell_m)
+
+
+def inside(places_m: NDArray[np.float64], outline_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which places in plan, shape ``(n, 2)``, an outline encloses (even-odd rule)."""
+    within = np.zeros(len(places_m), dtype=np.bool_)
+    x, y = places_m.T
+    for (x0, y0), (x1, y1) in zip(outline_m, np.roll(outline_m, -1, axis=0), strict=True):
+        if y0 != y1:
+            crosses = (y0 <= y) != (y1 <= y)
+            within ^= crosses & (x < x0 + (y - y0) * ((x1 - x0) / (y1 - y0)))
+    return within

@@ -1,0 +1,91 @@
+"""SciPy's hulls and triangulations, and what flat sets of points have of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot._arguments import as_floats
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+
+def spatial() -> Any:  # noqa: ANN401 - SciPy ships no types
+    """Return SciPy's module of hulls and triangulations.
+
+    Raises
+    ------
+    DivespotError
+        SciPy is not installed.
+
+    """
+    try:
+        import scipy.spatial  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise DivespotError(
+            "this volume method needs SciPy, which is not installed: pip install divespot[methods]"
+        ) from None
+    return scipy.spatial
+
+
+def simplices(points: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return the Delaunay triangles or tetrahedra of points, shape ``(m, dimensions + 1)``.
+
+    Points that span no area or volume have none.
+    """
+    found = _unless_flat("Delaunay", points)
+    none = np.empty((0, points.shape[1] + 1), dtype=np.intp)
+    return none if found is None else np.asarray(found.simplices)
+
+
+def hull_measure(points: NDArray[np.float64]) -> float:
+    """Return the volume of the convex hull of points, or its area in two dimensions."""
+    found = _unless_flat("ConvexHull", points)
+    return 0.0 if found is None else float(found.volume)
+
+
+def _unless_flat(name: str, points: NDArray[np.float64]) -> Any:  # noqa: ANN401 - as above
+    module = spatial()
+    if len(points) <= points.shape[1]:
+        return None
+    try:
+        return getattr(module, name)(points)
+    except module.QhullError:
+        return None
+
+
+def above_base(points_m: ArrayLike) -> NDArray[np.float64]:
+    """Return points above the base, and the feet of their perpendiculars on it.
+
+    Without the feet, the surface alone would be measured: a scan sees no pile from below.
+    """
+    points = checked(points_m)
+    standing = points[points[:, 2] > 0.0]
+    return np.concatenate([standing, standing * (1.0, 1.0, 0.0)])
+
+
+def checked(points_m: ArrayLike) -> NDArray[np.float64]:
+    """Return points, shape ``(n, 3)``, as numbers.
+
+    Raises
+    ------
+    DivespotError
+        They have another shape or type, or are not finite.
+
+    """
+    points = as_floats("points_m", points_m).astype(np.float64, copy=False)
+    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+        raise DivespotError(
+            f"points_m has shape {points.shape}: finite numbers of shape (n, 3) are needed"
+        )
+    return points
+
+
+def positive(name: str, value: float) -> float:
+    """Return a length that must be above 0."""
+    if not 0.0 < value < np.inf:
+        raise DivespotError(f"{name} is {value!r}: a finite number above 0 is needed")
+    return value

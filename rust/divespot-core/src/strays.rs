@@ -1,0 +1,209 @@
+//! Strays among few points.
+//!
+//! Thinning with voxels leaves a point of the surface for hundreds, and every stray: in a cloud of
+//! a few hundred points half of them may be strays, and each would be a corner of the surface. A
+//! point of the surface lies in one plane with most of its neighbours, tilted and bent as bulk
+//! material may be; a stray does not, and stands against neighbours that do.
+
+use crate::Point;
+use crate::nearest::Tree;
+use crate::parallel::map_chunks;
+
+/// Neighbours in plan that a point is held against: on a square grid, all around it.
+const AROUND: usize = 8;
+/// Neighbours that are known, to have so many left where most are strays.
+const KNOWN: usize = 32;
+/// The slopes that are tried, each in so many directions: level, and up to 42°, which with
+/// [`BEND`] reaches beyond every angle of repose.
+const SLOPES: [f64; 3] = [0.3, 0.6, 0.9];
+const DIRECTIONS: u32 = 8;
+/// What the surface's slope changes by between neighbours: half the step between the slopes tried,
+/// and as much again for its curvature.
+const BEND: f64 = 0.3;
+/// With less than this share of its neighbours in its plane, a point may be a stray.
+const LEAST: f64 = 0.5;
+const CHUNK: usize = 256;
+
+/// Which of levelled points lie on the surface that they are samples of.
+///
+/// Of two points that
+/// cannot both lie on the surface the one goes that fewer others agree with, unless half of its
+/// neighbours do. The same points give the same mask in any order.
+#[must_use]
+pub fn surface_mask(points: &[Point], threads: usize) -> Vec<bool> {
+    let mut rows: Vec<u32> = (0..points.len() as u32).collect();
+    rows.sort_unstable_by(|&a, &b| compare(&points[a as usize], &points[b as usize]));
+    let sorted: Vec<Point> = rows.iter().map(|&row| points[row as usize]).collect();
+    let left = Left::of(&sorted, threads).without_strays();
+    let mut mask = vec![false; points.len()];
+    rows.iter().zip(left).for_each(|(&row, left)| mask[row as usize] = left);
+    mask
+}
+
+fn compare(a: &Point, b: &Point) -> std::cmp::Ordering {
+    a.iter().zip(b).fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
+}
+
+/// What the neighbours say of a point.
+#[derive(Debug, Clone, Copy, Default)]
+struct Support {
+    /// The share of the neighbours in its plane, each by how well it lies in it.
+    share: f64,
+    /// The neighbours off that plane, by their place among the known ones.
+    against: u32,
+}
+
+/// The points that are left.
+struct Left<'a> {
+    points: &'a [Point],
+    threads: usize,
+    tilts: Vec<[f64; 2]>,
+    /// The nearest in plan of each point, the nearest first.
+    known: Vec<Vec<u32>>,
+    left: Vec<bool>,
+}
+
+impl<'a> Left<'a> {
+    fn of(points: &'a [Point], threads: usize) -> Self {
+        let plan: Vec<Point> = points.iter().map(|p| [p[0], p[1], 0.0]).collect();
+        let tree = Tree::new(&plan, threads);
+        let known = |row: usize| -> Vec<u32> {
+            let found = tree.nearest_rows(&plan[row], KNOWN + 1);
+            found.into_iter().filter(|&other| other as usize != row).take(KNOWN).collect()
+        };
+        let known = map_chunks(points.len(), CHUNK, threads, |r| r.map(known).collect::<Vec<_>>());
+        let known = known.into_iter().flatten().collect();
+        Self { points, threads, tilts: tilts(), known, left: vec![true; points.len()] }
+    }
+
+    /// Removes strays, the least supported among their neighbours first, until none is left.
+    fn without_strays(mut self) -> Vec<bool> {
+        let mut supports = vec![Support::default(); self.points.len()];
+        let mut stale: Vec<usize> = (0..self.points.len()).collect();
+        while !stale.is_empty() {
+            let fresh = map_chunks(stale.len(), CHUNK, self.threads, |range| {
+                range.map(|i| self.support(stale[i])).collect::<Vec<_>>()
+            });
+            stale.iter().zip(fresh.into_iter().flatten()).for_each(|(&i, s)| supports[i] = s);
+            let strays: Vec<usize> =
+                (0..self.points.len()).filter(|&i| self.is_stray(i, &supports)).collect();
+            strays.iter().for_each(|&i| self.left[i] = false);
+            let gone: std::collections::BTreeSet<usize> = strays.into_iter().collect();
+            stale =
+                (0..self.points.len()).filter(|&i| self.left[i] && self.lost(i, &gone)).collect();
+        }
+        self.left
+    }
+
+    /// Whether a point has too little support, and none of those against it has less.
+    fn is_stray(&self, i: usize, supports: &[Support]) -> bool {
+        let share = supports[i].share;
+        let weaker = |(k, &other): (usize, &u32)| {
+            let other = other as usize;
+            supports[i].against >> k & 1 == 1 && self.left[other] && supports[other].share < share
+        };
+        self.left[i] && share < LEAST && !self.known[i].iter().enumerate().any(weaker)
+    }
+
+    fn lost(&self, i: usize, gone: &std::collections::BTreeSet<usize>) -> bool {
+        self.known[i].iter().any(|&other| gone.contains(&(other as usize)))
+    }
+
+    /// The support of a point by the plane through it that most of its neighbours lie in.
+    fn support(&self, i: usize) -> Support {
+        let here = self.points[i];
+        let alive = self.known[i].iter().enumerate().filter(|&(_, &o)| self.left[o as usize]);
+        let around: Vec<(usize, Point)> = alive
+            .take(AROUND)
+            .map(|(k, &o)| {
+                (k, std::array::from_fn(|axis| self.points[o as usize][axis] - here[axis]))
+            })
+            .collect();
+        let planes = self.tilts.iter().map(|&tilt| self.in_plane(&around, tilt));
+        planes.fold(Support::default(), |best, s| if s.share > best.share { s } else { best })
+    }
+
+    fn in_plane(&self, around: &[(usize, Point)], tilt: [f64; 2]) -> Support {
+        let mut support = Support::default();
+        for &(k, [dx, dy, dz]) in around {
+            let off = dz - tilt[0] * dx - tilt[1] * dy;
+            let most = BEND * dx.hypot(dy);
+            if off.abs() > most {
+                support.against |= 1 << k;
+            } else if most > 0.0 {
+                support.share += 1.0 - (off / most).powi(2);
+            } else {
+                support.share += 1.0;
+            }
+        }
+        support.share /= around.len().max(1) as f64;
+        support
+    }
+}
+
+fn tilts() -> Vec<[f64; 2]> {
+    let turn = std::f64::consts::TAU / f64::from(DIRECTIONS);
+    let ways = (0..DIRECTIONS).map(|i| (turn * f64::from(i)).sin_cos());
+    let sloped = ways.flat_map(|(sin, cos)| SLOPES.map(|slope| [slope * cos, slope * sin]));
+    std::iter::once([0.0; 2]).chain(sloped).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    fn uniform(i: u64) -> f64 {
+        (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn cone(x: f64, y: f64) -> f64 {
+        (1.2 - 0.6 * (x - 4.0).hypot(y - 3.0)).max(0.0)
+    }
+
+    /// Points on a cone, then as many strays in the box around it.
+    fn cloud(count: u64) -> Vec<Point> {
+        let place = |i: u64| [8.0 * uniform(3 * i), 6.0 * uniform(3 * i + 1)];
+        let on = (0..count).map(|i| (place(i), cone(place(i)[0], place(i)[1])));
+        let off = (count..2 * count).map(|i| (place(i), 4.0 * uniform(3 * i + 2)));
+        on.chain(off).map(|([x, y], z)| [x, y, z]).collect()
+    }
+
+    #[test]
+    fn half_of_the_points_may_be_strays() {
+        let points = cloud(600);
+        let mask = surface_mask(&points, 2);
+        let kept = mask[..600].iter().filter(|&&kept| kept).count();
+        assert!(kept > 570, "{kept}");
+        let strays = points.iter().zip(&mask).skip(600).filter(|&(_, &kept)| kept);
+        let far = strays.filter(|(p, _)| (p[2] - cone(p[0], p[1])).abs() > 0.15).count();
+        assert!(far < 12, "{far}");
+    }
+
+    #[test]
+    fn a_clean_cone_and_a_step_lose_nothing_but_corners() {
+        let clean = &cloud(600)[..600];
+        let mask = surface_mask(clean, 1);
+        assert!(mask.iter().filter(|&&kept| !kept).count() < 6);
+        let step: Vec<Point> =
+            clean.iter().map(|p| [p[0], p[1], if p[0] > 4.0 { 1.0 } else { 0.0 }]).collect();
+        let lost = surface_mask(&step, 1).iter().filter(|&&kept| !kept).count();
+        assert!(lost < 30, "{lost}");
+    }
+
+    #[test]
+    fn order_and_threads_change_nothing_and_few_points_stay() {
+        let mut points = cloud(200);
+        points.extend_from_within(..20);
+        let first = surface_mask(&points, 1);
+        points.reverse();
+        let mut second = surface_mask(&points, 3);
+        second.reverse();
+        let kept = |mask: &[bool]| mask.iter().filter(|&&kept| kept).count();
+        assert_eq!(kept(&first), kept(&second));
+        assert_eq!(first[20..400], second[20..400]);
+        assert!(surface_mask(&[], 1).is_empty());
+        let one = surface_mask(&[[0.0; 3]], 1);
+        assert_eq!(one.len(), 1);
+    }
+}
