@@ -79,7 +79,7 @@ def compression_table(evaluation: Evaluation) -> Table:
     information.
     """
     table = plain_table(
-        "shapes",
+        "m²",
         "voxel m",
         "kept",
         "mean",
@@ -89,7 +89,7 @@ def compression_table(evaluation: Evaluation) -> Table:
         "paper: kept",
         "paper: mean",
     )
-    for name, counts in ((f"{THINNED_AREA_M2:g} m²", has_points), ("all", lambda _: True)):
+    for name, counts in ((f"{THINNED_AREA_M2:g}", has_points), ("all", lambda _: True)):
         _compression_rows(table, name, evaluation, counts)
         table.add_section()
     return table
