@@ -86,8 +86,8 @@ def compression_table(evaluation: Evaluation) -> Table:
         "largest",
         "held",
         "right",
-        "paper: kept",
-        "paper: mean",
+        "paper kept",
+        "paper %",
     )
     for name, counts in ((f"{THINNED_AREA_M2:g}", has_points), ("all", lambda _: True)):
         _compression_rows(table, name, evaluation, counts)
