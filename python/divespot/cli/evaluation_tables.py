@@ -79,17 +79,17 @@ def compression_table(evaluation: Evaluation) -> Table:
     information.
     """
     table = plain_table(
-        "shapes",
+        "m²",
         "voxel m",
         "kept",
         "mean",
         "largest",
         "held",
         "right",
-        "paper: kept",
-        "paper: mean",
+        "paper kept",
+        "paper %",
     )
-    for name, counts in ((f"{THINNED_AREA_M2:g} m²", has_points), ("all", lambda _: True)):
+    for name, counts in ((f"{THINNED_AREA_M2:g}", has_points), ("all", lambda _: True)):
         _compression_rows(table, name, evaluation, counts)
         table.add_section()
     return table
