@@ -37,6 +37,9 @@ FLAT_SHARE = 0.2
 #: With a base as uncertain as this share of the volume, it does not suit the ground around.
 OFF_SHARE = 0.05
 
+#: A summit and its eight neighbours: fewer points have no shape that a pile could be told by.
+FEWEST_POINTS = 9
+
 #: With more of what stands above the ground in no object, something may have been missed.
 LOOSE_SHARE = 0.25
 
@@ -108,10 +111,18 @@ def find_objects(
     labels[above[kept]] = find_clusters(cells[kept], settings.link_m, settings)
     gap = max(_steps(grid, settings.link_m) - 1, 0)
     labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
+    labels = _of_points(labels, grid)
     _warn_of_dropped(labels, above, settings, warn)
     if settings.select == "largest":
         labels[labels > 0] = -1
     return labels
+
+
+def _of_points(labels: NDArray[np.int32], grid: HeightMap) -> NDArray[np.int32]:
+    """Return the labels without objects of too few points: triangles fill many cells."""
+    held = labels >= 0
+    points = np.bincount(labels[held], weights=grid.counts.ravel()[held], minlength=1)
+    return np.where(held & (points[labels] >= FEWEST_POINTS), labels, np.int32(-1))
 
 
 def _in_company(cells: NDArray[np.float64], settings: Settings) -> NDArray[np.bool_]:

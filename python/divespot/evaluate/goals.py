@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from divespot.evaluate.evaluation import SHAPES, Evaluation
+from divespot.evaluate.evaluation import SHAPES, THINNED_AREA_M2, Evaluation, has_points
 from divespot.evaluate.statistics import ErrorStatistics, Summary
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def goals(evaluation: Evaluation) -> list[Goal]:
     """Return the goals of all that was evaluated."""
     return [
         *_shapes(evaluation.of_kind(SHAPES)),
-        *_compression(evaluation.thinned),
+        *_compression(evaluation),
         *_each_pile(evaluation),
         *_no_pile(evaluation),
         *_coverage(evaluation.whole),
@@ -97,10 +97,12 @@ def _shapes(shapes: list[Outcome]) -> Iterator[Goal]:
     yield from _at_most(f"{SHAPES}: median u95", piles.median_u95, SHAPES_U95)
 
 
-def _compression(thinned: tuple[Outcome, ...]) -> Iterator[Goal]:
+def _compression(evaluation: Evaluation) -> Iterator[Goal]:
     for row in COMPRESSION:
-        piles = Summary.of([one for one in thinned if one.voxel_m == row.voxel_m]).piles
-        yield from _at_most(f"voxels of {row.voxel_m:g} m: mean error", piles.mean_error, row.goal)
+        thinned = evaluation.thinned_to(row.voxel_m)
+        piles = Summary.of([one for one in thinned if has_points(one)]).piles
+        what = f"shapes, {THINNED_AREA_M2:g} m², voxels of {row.voxel_m:g} m: mean error"
+        yield from _at_most(what, piles.mean_error, row.goal)
 
 
 def _each_pile(evaluation: Evaluation) -> Iterator[Goal]:

@@ -68,6 +68,7 @@ impl From<Object> for RawObject {
                 Reason::Thin => "thin",
                 Reason::Shadow => "beside a shadow",
                 Reason::TooLittleSeen => "too little seen",
+                Reason::NotClear => "not clear of the ground",
             }),
             noise_m3: object.budget.noise_m3,
             base_m3: object.budget.base_m3,

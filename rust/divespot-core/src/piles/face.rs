@@ -43,6 +43,10 @@ pub(crate) fn continued_to_faces(mut patch: Patch, points: &[Point], margin_m: f
 struct NearWalls<'a> {
     patch: &'a Patch,
     points: BTreeMap<usize, Vec<Point>>,
+    /// Cells at which a face may stand.
+    near: Vec<bool>,
+    /// Cells in which all there is can be the pile's surface.
+    clean: Vec<bool>,
     margin_m: f64,
 }
 
@@ -81,15 +85,16 @@ impl<'a> NearWalls<'a> {
         // Sums of numbers depend on their order, and the scan's must not matter.
         let key = |p: &Point| p.map(f64::to_bits);
         by_cell.values_mut().for_each(|points| points.sort_unstable_by_key(key));
-        Self { patch, points: by_cell, margin_m }
+        let clean = vec![false; near.len()];
+        let walls = Self { patch, points: by_cell, near, clean, margin_m };
+        let clean = (0..walls.near.len()).map(|cell| walls.is_clean(cell)).collect();
+        Self { clean, ..walls }
     }
 
     /// Cells near the walls that hold something else than the pile, or nothing.
     fn before_walls(&self) -> impl Iterator<Item = usize> + '_ {
-        let doubtful = |&cell: &usize| !self.is_clean(cell);
-        let near = |&cell: &usize| self.patch.around(cell, BEYOND).any(|n| self.is_clean(n));
-        let walled = |&cell: &usize| self.patch.around(cell, BEYOND).any(|n| self.patch.walls[n]);
-        (0..self.patch.zones.len()).filter(walled).filter(doubtful).filter(near)
+        let beside = |cell: usize| self.patch.around(cell, BEYOND).any(|n| self.clean[n]);
+        (0..self.near.len()).filter(move |&c| self.near[c] && !self.clean[c] && beside(c))
     }
 
     /// Whether all there is in a cell can be the pile's surface.
@@ -145,7 +150,7 @@ impl Surface {
     /// The plane through the pile's cells near one, the nearest counting most.
     fn around(near: &NearWalls<'_>, cell: usize) -> Option<Self> {
         let (patch, center_m) = (near.patch, near.patch.grid.center(cell));
-        let clean = patch.around(cell, SUPPORT).filter(|&n| near.is_clean(n));
+        let clean = patch.around(cell, SUPPORT).filter(|&n| near.clean[n]);
         let local = |n: usize| {
             let [x, y] = patch.grid.center(n);
             [x - center_m[0], y - center_m[1], patch.heights_m[n]]

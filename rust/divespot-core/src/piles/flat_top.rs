@@ -7,9 +7,9 @@
 //! on the top.
 
 use super::{Object, Reason};
-use crate::Point;
 use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
+use crate::{Bounds, Point};
 
 /// A top is flat if this share of the object's cells lies within the margin of their median height.
 const FLAT: f64 = 0.5;
@@ -38,13 +38,14 @@ fn points_over<'a>(
     points: &[Point],
     objects: impl Iterator<Item = &'a Object>,
 ) -> Vec<(usize, Point)> {
+    let covered: Vec<Point> = objects.flat_map(|o| o.covers_m.iter().copied()).collect();
+    let Some(bounds) = Bounds::of(covered.iter().copied()) else { return Vec::new() };
     let mut covers = vec![false; grid.len()];
-    objects.flat_map(|o| &o.covers_m).for_each(|p| covers[grid.cell(p)] = true);
-    if !covers.contains(&true) {
-        return Vec::new();
-    }
-    let placed = points.iter().map(|p| (grid.cell(p), *p));
-    placed.filter(|&(cell, _)| covers[cell]).collect()
+    covered.iter().for_each(|p| covers[grid.cell(p)] = true);
+    // Far from all tops no cell need be sought.
+    let (low, high) = (bounds.min.map(|v| v - grid.cell_m), bounds.max.map(|v| v + grid.cell_m));
+    let near = points.iter().filter(|p| (0..2).all(|k| low[k] <= p[k] && p[k] <= high[k]));
+    near.map(|p| (grid.cell(p), *p)).filter(|&(cell, _)| covers[cell]).collect()
 }
 
 /// The height of an object's top above its base, if it is flat.

@@ -8,6 +8,7 @@ mod alone;
 mod base;
 mod bend;
 mod budget;
+mod clear;
 mod crease;
 mod face;
 mod flat_top;
@@ -100,6 +101,7 @@ pub fn measure(
     });
     let mut objects: Vec<Object> =
         alone.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
+    clear::mark(&mut objects, settings);
     shadow::mark(&scene, &mut objects);
     Ok(objects)
 }

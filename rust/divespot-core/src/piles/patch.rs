@@ -80,9 +80,6 @@ impl Reach {
     }
 }
 
-/// A window goes on so many cells beyond an object's territory, to hold the walls at its end.
-const SURROUNDINGS: usize = 6;
-
 #[derive(Debug, Clone, Copy)]
 struct Window {
     columns: (usize, usize),
@@ -97,11 +94,9 @@ impl Patch {
         territory: &Territory,
         reach: &[Reach],
     ) -> Vec<(i32, Self)> {
-        let windows = windows(scene.grid, territory, reach)
-            .into_iter()
-            .map(|w| Some(w?.with_surroundings(scene.grid)));
+        let windows = windows(scene.grid, territory, reach);
         let labelled = (0i32..)
-            .zip(windows.zip(reach))
+            .zip(windows.into_iter().zip(reach))
             .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
         labelled
             .map(|(label, window, reach)| {
@@ -208,14 +203,6 @@ impl Patch {
 }
 
 impl Window {
-    /// The window and the cells around it, where the walls stand.
-    fn with_surroundings(self, grid: &Grid) -> Self {
-        let wider = |(first, last): (usize, usize), count: usize| {
-            (first.saturating_sub(SURROUNDINGS), (last + SURROUNDINGS).min(count - 1))
-        };
-        Self { columns: wider(self.columns, grid.columns), rows: wider(self.rows, grid.rows) }
-    }
-
     fn size(&self) -> [usize; 2] {
         [self.columns.1 - self.columns.0 + 1, self.rows.1 - self.rows.0 + 1]
     }
@@ -238,7 +225,8 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
     cells.iter().map(zone).collect()
 }
 
-/// The smallest window around the cells in each label's reach.
+/// The smallest window around the cells in each label's reach, and around its own with as much about
+/// them as a ring has at least: what stands right beside an object is another's territory.
 fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
     let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
     for (cell, (&label, &steps)) in territory.owner.iter().zip(&territory.steps).enumerate() {
@@ -246,11 +234,14 @@ fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Wi
         if steps > reach[label].toe + reach[label].ring {
             continue;
         }
-        let (column, row) = (cell % grid.columns, cell / grid.columns);
-        let start = Window { columns: (column, column), rows: (row, row) };
-        let window = windows[label].get_or_insert(start);
-        window.columns = (window.columns.0.min(column), window.columns.1.max(column));
-        window.rows = (window.rows.0.min(row), window.rows.1.max(row));
+        let about = if steps == 0 { FEWEST_STEPS as usize } else { 0 };
+        let span =
+            |at: usize, count: usize| (at.saturating_sub(about), (at + about).min(count - 1));
+        let columns = span(cell % grid.columns, grid.columns);
+        let rows = span(cell / grid.columns, grid.rows);
+        let window = windows[label].get_or_insert(Window { columns, rows });
+        window.columns = (window.columns.0.min(columns.0), window.columns.1.max(columns.1));
+        window.rows = (window.rows.0.min(rows.0), window.rows.1.max(rows.1));
     }
     windows
 }

@@ -75,18 +75,20 @@ impl<'a> Band<'a> {
         if !inside(cell % width, width) || !inside(cell / width, self.grid.rows) {
             return f64::NAN;
         }
-        let (mut rise, mut runs) = ([0.0; 2], 0.0);
-        for row in 0..=2 * reach {
+        let off = |i: usize| i as f64 - reach as f64;
+        let side = 2 * reach + 1;
+        let (mut along, mut across) = (0.0, 0.0);
+        for row in 0..side {
             let start = cell + row * width - reach * (width + 1) - self.first;
-            let dy = row as f64 - reach as f64;
-            for (column, h) in self.heights_m[start..=start + 2 * reach].iter().enumerate() {
-                let dx = column as f64 - reach as f64;
-                rise[0] += dx * h;
-                rise[1] += dy * h;
-                runs += dx * dx * self.grid.cell_m;
-            }
+            let heights = &self.heights_m[start..start + side];
+            // Row by row: the sums of a row do not wait for those of the one before.
+            let sums = heights.iter().enumerate();
+            let (turn, sum) = sums.fold((0.0, 0.0), |(t, s), (i, h)| (t + off(i) * h, s + h));
+            along += turn;
+            across += off(row) * sum;
         }
-        rise[0].hypot(rise[1]) / runs
+        let squares: f64 = (0..side).map(|i| off(i) * off(i)).sum();
+        f64::hypot(along, across) / (side as f64 * squares * self.grid.cell_m)
     }
 }
 

@@ -26,6 +26,9 @@ pub enum Reason {
     Shadow,
     /// Too little of it was seen for a volume that could be answered for.
     TooLittleSeen,
+    /// Its volume is not clear of its own uncertainty, or its mean height not of the margin within
+    /// which the ground lies.
+    NotClear,
 }
 
 /// The reason why the object is no pile, if there is one.

@@ -272,3 +272,22 @@ fn a_pile_of_which_too_little_was_seen_is_refused() {
     assert!(object.seen_fraction < 0.4, "{}", object.seen_fraction);
     assert_eq!(object.reason, Some(Reason::TooLittleSeen));
 }
+
+#[test]
+fn a_large_pile_far_away_changes_nothing() {
+    let crumb = |x: f64, y: f64| (0.5 * (0.4 - (x - 7.0).hypot(y - 0.8))).max(0.0);
+    let map = map(|x, y| cone(x, y) + crumb(x, y) + 0.01 * (3.0 * x).sin() * (2.0 * y).cos());
+    let measured = |label: &dyn Fn(f64, f64) -> i32| {
+        let labels = labels(&map, label);
+        measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap()
+    };
+    let is_crumb = |x, y| crumb(x, y) > 0.05;
+    let alone = measured(&|x, y| if is_crumb(x, y) { 0 } else { NOBODY });
+    let both = measured(&|x, y| match (cone(x, y) > 0.05, is_crumb(x, y)) {
+        (true, _) => 0,
+        (_, true) => 1,
+        _ => NOBODY,
+    });
+    assert_eq!(both.len(), 2);
+    assert_eq!((both[1].volume, both[1].budget), (alone[0].volume, alone[0].budget));
+}

@@ -1,14 +1,57 @@
-//! Neighbours in a deep cloud: upward through columns.
+//! The radius filter: which points have company.
 
 use std::ops::Range;
 
-use super::{CHUNK, Radius};
+use crate::error::positive;
 use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::{fill_chunks, map_chunks};
-use crate::{Bounds, Point};
+use crate::{Bounds, Point, Result, thread_count};
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 4096;
 
 /// Columns along an axis, at most: a product of two such numbers is a key.
 const MOST_COLUMNS: f64 = 1_073_741_824.0;
+
+/// Rounding must not hide a candidate; exact distances alone decide who is a neighbour.
+const MARGIN: f64 = 1.0 + 1e-6;
+
+/// Whether each point has at least `min_neighbors` others within `radius_m`.
+///
+/// A neighbour lies at a distance `<= radius_m`; the point itself does not count, a duplicate of
+/// it does. Paper, Algorithm 1, lines 1 to 17, in near-linear time. `threads` = 0 takes every
+/// core that the process may use.
+///
+/// # Errors
+/// [`Error::Setting`](crate::Error::Setting) unless `radius_m` is finite and above zero.
+pub fn radius_outlier_mask(
+    points: &[Point],
+    radius_m: f64,
+    min_neighbors: usize,
+    threads: usize,
+) -> Result<Vec<bool>> {
+    positive("radius_m", radius_m)?;
+    if min_neighbors == 0 || min_neighbors >= points.len() {
+        return Ok(vec![min_neighbors == 0; points.len()]);
+    }
+    let threads = thread_count(threads);
+    let radius = Radius { square: radius_m * radius_m, reach: radius_m * MARGIN };
+    let columns = Columns::new(points, radius.reach, threads);
+    let found = map_chunks(points.len(), CHUNK, threads, |range| {
+        columns.mask(range, min_neighbors, radius)
+    });
+    let mut mask = vec![false; points.len()];
+    for (entry, keep) in columns.entries.iter().zip(found.into_iter().flatten()) {
+        mask[entry.row as usize] = keep;
+    }
+    Ok(mask)
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Radius {
+    square: f64,
+    reach: f64,
+}
 
 #[derive(Debug, Clone, Copy)]
 struct Entry {
@@ -27,7 +70,7 @@ struct Column {
 /// Points sorted into vertical columns at least a radius wide, upward within each.
 ///
 /// Only columns that hold points exist, so a far stray point costs nothing.
-pub(super) struct Columns {
+struct Columns {
     entries: Vec<Entry>,
     columns: Vec<Column>,
     /// From the key of a column to that of the next one in y.
@@ -35,8 +78,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn new(points: &[Point], bounds: &Bounds, reach: f64, threads: usize) -> Self {
-        let (keyed, row_step) = column_keys(points, bounds, reach, threads);
+    fn new(points: &[Point], reach: f64, threads: usize) -> Self {
+        let (keyed, row_step) = column_keys(points, reach, threads);
         let keyed = sort_by_key(keyed);
         let mut entries = vec![Entry { point: [0.0; 3], row: 0 }; keyed.len()];
         fill_chunks(&mut entries, CHUNK, threads, |first, piece| {
@@ -49,20 +92,8 @@ impl Columns {
         Self { entries, columns, row_step }
     }
 
-    /// Whether each point has enough neighbours.
-    pub(super) fn mask(&self, min_neighbors: usize, radius: Radius, threads: usize) -> Vec<bool> {
-        let found = map_chunks(self.entries.len(), CHUNK, threads, |range| {
-            self.asked(range, min_neighbors, radius)
-        });
-        let mut mask = vec![false; self.entries.len()];
-        for (entry, keep) in self.entries.iter().zip(found.into_iter().flatten()) {
-            mask[entry.row as usize] = keep;
-        }
-        mask
-    }
-
     /// The answer for the entries in `range`, walking from column to column.
-    fn asked(&self, range: Range<usize>, min_neighbors: usize, radius: Radius) -> Vec<bool> {
+    fn mask(&self, range: Range<usize>, min_neighbors: usize, radius: Radius) -> Vec<bool> {
         let first = self.columns.partition_point(|c| c.end <= range.start);
         let reached = self.columns[first..].iter().take_while(|c| c.start < range.end);
         let mut from = self
@@ -122,10 +153,11 @@ impl<'a> Windows<'a> {
                 *window = &window[1..];
             }
             for entry in *window {
-                if entry.point[2] - p[2] > radius.reach {
+                let [dx, dy, dz]: Point = std::array::from_fn(|k| entry.point[k] - p[k]);
+                if dz > radius.reach {
                     break;
                 }
-                found += usize::from(radius.holds(p, entry.point));
+                found += usize::from(dx * dx + dy * dy + dz * dz <= radius.square);
                 if found == needed {
                     return true;
                 }
@@ -138,7 +170,9 @@ impl<'a> Windows<'a> {
 /// Each row's column, and the step between the keys of one column and the next in y.
 ///
 /// An empty column stands at both ends of a row, so that rows do not touch.
-fn column_keys(points: &[Point], bounds: &Bounds, reach: f64, threads: usize) -> (Vec<Keyed>, u64) {
+fn column_keys(points: &[Point], reach: f64, threads: usize) -> (Vec<Keyed>, u64) {
+    let zero = Bounds { min: [0.0; 3], max: [0.0; 3] };
+    let bounds = Bounds::of(points.iter().copied()).unwrap_or(zero);
     let extent = bounds.extent();
     let side = reach.max(extent[0].max(extent[1]) / MOST_COLUMNS);
     let cell = |p: &Point, k: usize| ((p[k] - bounds.min[k]) / side) as i64 as u64 + 1; // by i64: faster
@@ -168,4 +202,74 @@ fn sort_upward(mut entries: &mut [Entry], columns: &[Column], threads: usize) {
             piece.sort_unstable_by(|a, b| a.point[2].total_cmp(&b.point[2]));
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+    use crate::sample::mix;
+
+    /// The neighbours of each point, counted in all pairs.
+    fn slow(points: &[Point], radius: f64) -> Vec<usize> {
+        let near = |p: &Point, q: &Point| {
+            let [dx, dy, dz] = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
+            dx * dx + dy * dy + dz * dz <= radius * radius
+        };
+        points.iter().map(|p| points.iter().filter(|q| near(p, q)).count() - 1).collect()
+    }
+
+    /// Points on `levels` levels an axis, a thousandth apart.
+    fn cloud(count: u64, levels: [u64; 3]) -> Vec<Point> {
+        let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
+        (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()
+    }
+
+    fn assert_equal_to_slow(points: &[Point], radius: f64) {
+        let counts = slow(points, radius);
+        for min_neighbors in [0, 1, 3, 20, 5000] {
+            let expected: Vec<bool> = counts.iter().map(|&c| c >= min_neighbors).collect();
+            for threads in [1, 3] {
+                let found = radius_outlier_mask(points, radius, min_neighbors, threads);
+                assert_eq!(found.as_ref(), Ok(&expected), "{radius} {min_neighbors}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_mask_is_that_of_all_pairs() {
+        for levels in [[300, 200, 20], [1, 1, 1], [2, 1, 4000], [1, 900, 1], [900, 1, 1]] {
+            for radius in [1e-9, 0.001, 0.005, 0.0123, 0.05, 2.0] {
+                assert_equal_to_slow(&cloud(600, levels), radius);
+            }
+        }
+        // More points than a thread takes at a time, in few columns.
+        assert_equal_to_slow(&cloud(4500, [8, 8, 1 << 40]), 0.004);
+        assert_equal_to_slow(&[], 1.0);
+        assert_equal_to_slow(&[[1.0; 3]], 1.0);
+    }
+
+    #[test]
+    fn a_point_exactly_on_the_radius_is_a_neighbor() {
+        let points = [[0.0; 3], [0.375, 0.5, 0.0], [-0.625, 0.0, 0.0], [0.0, 0.0, 0.625 + 1e-12]];
+        let found = radius_outlier_mask(&points, 0.625, 1, 1);
+        assert_eq!(found, Ok(vec![true, true, true, false]));
+    }
+
+    #[test]
+    fn a_far_stray_point_changes_nothing() {
+        let mut points = cloud(2000, [200, 200, 10]);
+        let mut expected: Vec<bool> = slow(&points, 0.004).into_iter().map(|c| c >= 2).collect();
+        points.push([1e9, 1e9, 1e9]);
+        expected.push(false);
+        assert_eq!(radius_outlier_mask(&points, 0.004, 2, 2), Ok(expected));
+    }
+
+    #[test]
+    fn a_radius_that_is_none_is_refused() {
+        for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let result = radius_outlier_mask(&[], radius, 1, 1);
+            assert!(matches!(result, Err(Error::Setting { name: "radius_m", .. })));
+        }
+    }
 }
