@@ -124,7 +124,7 @@ def test_a_rod_in_a_pile_is_closed() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_box_has_its_volume(seed: int) -> None:
-    taken = scan("sharp-box", seed=seed)
+    taken = scan("sharp-box", seed=seed, density=0.3)
     report = divespot.measure(taken.points)
     assert not report.piles
     assert report.other_objects[0].volume_m3 == pytest.approx(0.45 * 0.36 * 0.19, rel=0.04)
