@@ -60,9 +60,15 @@ def match(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome
 
 
 def _owners(taken: SimulatedScan, found: Sequence[Pile]) -> list[int]:
-    """Return the number of the true pile under each centroid; 0 for none."""
+    """Return the number of the true pile under each centroid; 0 for none.
+
+    What holds no volume has no centroid.
+    """
     at = taken.in_scene(np.array([pile.centroid_m for pile in found]).reshape(-1, 3))
-    return [int(owner) for owner in taken.surface.owner_at(at[:, 0], at[:, 1])]
+    known = np.isfinite(at).all(axis=1)
+    owners = np.zeros(len(at), dtype=np.int16)
+    owners[known] = taken.surface.owner_at(*at[known, :2].T)
+    return owners.tolist()
 
 
 def _part_of(taken: SimulatedScan, owner: int) -> str | None:
