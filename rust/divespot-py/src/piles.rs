@@ -67,6 +67,7 @@ impl From<Object> for RawObject {
                 Reason::SteepSides => "steep sides",
                 Reason::Thin => "thin",
                 Reason::Shadow => "beside a shadow",
+                Reason::Floating => "floating",
                 Reason::TooLittleSeen => "too little seen",
                 Reason::NotClear => "not clear of the ground",
             }),

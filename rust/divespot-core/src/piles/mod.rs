@@ -12,6 +12,7 @@ mod clear;
 mod crease;
 mod face;
 mod flat_top;
+mod floating;
 mod gaps;
 mod hidden;
 mod nodes;
@@ -103,6 +104,7 @@ pub fn measure(
         alone.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
     clear::mark(&mut objects, settings);
     shadow::mark(&scene, &mut objects);
+    floating::mark(grid, points, &mut objects, settings.margin_m);
     Ok(objects)
 }
 

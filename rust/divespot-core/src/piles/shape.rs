@@ -24,6 +24,8 @@ pub enum Reason {
     Thin,
     /// Its summit borders the shadow of something steep: haze, or a pile that is half hidden.
     Shadow,
+    /// The ground was seen below it.
+    Floating,
     /// Too little of it was seen for a volume that could be answered for.
     TooLittleSeen,
     /// Its volume is not clear of its own uncertainty, or its mean height not of the margin within
