@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import time
 from typing import IO, TYPE_CHECKING, Any
 
 import click
 
+from divespot.cli.jobs import jobs_option
 from divespot.cli.screen import progress_bar, stdout_console
 
 if TYPE_CHECKING:
@@ -52,13 +52,7 @@ SCHEMA = "divespot.evaluation/1"
     show_default=True,
     help="points wanted of each simulated scan, relative to the scene's own",
 )
-@click.option(
-    "--jobs",
-    type=click.IntRange(min=1),
-    default=lambda: os.cpu_count() or 1,
-    show_default="processors",
-    help="processes that simulate and measure",
-)
+@jobs_option
 @click.option(
     "--out",
     type=click.Path(file_okay=False),

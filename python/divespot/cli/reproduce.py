@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
-
 import click
 
+from divespot.cli.jobs import jobs_option
 from divespot.cli.screen import progress_bar
 
 
@@ -20,13 +19,7 @@ from divespot.cli.screen import progress_bar
     help="folder for the page, its figures and JSON, and finished rounds: after an interruption "
     "only the others are done",
 )
-@click.option(
-    "--jobs",
-    type=click.IntRange(min=1),
-    default=lambda: os.cpu_count() or 1,
-    show_default="processors",
-    help="processes that simulate and measure",
-)
+@jobs_option
 @click.option(
     "--seed",
     type=click.IntRange(min=0),

@@ -1,0 +1,13 @@
+"""The option for how many processes simulate and measure."""
+
+import os
+
+import click
+
+jobs_option = click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=lambda: os.cpu_count() or 1,
+    show_default="processors",
+    help="processes that simulate and measure",
+)
