@@ -30,9 +30,8 @@ def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np
     radius_m = given(settings.radius_m)
     if radius_m == 0.0:
         return points
-    kept = points[
-        radius_outlier_mask(points, radius_m, settings.min_neighbors, threads=settings.threads)
-    ]
+    mask = radius_outlier_mask(points, radius_m, settings.min_neighbors, threads=settings.threads)
+    kept = points.compress(mask, axis=0)  # several times faster than points[mask]
     if not len(kept):
         raise DivespotError(
             f"no point has {settings.min_neighbors} neighbours within radius_m = {radius_m:.3g}: "
@@ -55,7 +54,7 @@ def scene_cluster(
     if not settings.scene_cluster:
         return points
     labels = find_clusters(points, settings.radius_m, settings)
-    kept: NDArray[np.float64] = points[labels == 0]
+    kept = points.compress(labels == 0, axis=0)
     if not len(kept):
         raise DivespotError("the scene has no cluster: smaller min_cluster_size is needed")
     if len(kept) < 0.9 * len(points):

@@ -97,4 +97,4 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
         raise DivespotError(
             f"crop keeps {inside.sum()} of {len(inside)} points: at least {FEWEST} are needed"
         )
-    return replace(cloud, points=cloud.points[inside])
+    return replace(cloud, points=cloud.points.compress(inside, axis=0))

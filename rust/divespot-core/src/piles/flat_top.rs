@@ -33,7 +33,7 @@ pub fn trim_flat_tops(grid: &Grid, points: &[Point], objects: &mut [Object], mar
 }
 
 /// The points above the cells that any of the objects covers, each with its cell.
-fn points_over<'a>(
+pub(crate) fn points_over<'a>(
     grid: &Grid,
     points: &[Point],
     objects: impl Iterator<Item = &'a Object>,

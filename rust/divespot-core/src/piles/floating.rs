@@ -4,6 +4,7 @@
 //! object, from another side or through it, the object floats: a lamp, the arm of a crane, a veil
 //! of flying pixels. What lies between it and the ground is air.
 
+use super::flat_top::points_over;
 use super::{Object, Reason};
 use crate::Point;
 use crate::count::to_f64;
@@ -17,10 +18,12 @@ const HIGH: f64 = 4.0;
 
 /// Gives the reason to every object that floats.
 pub(crate) fn mark(grid: &Grid, points: &[Point], objects: &mut [Object], margin_m: f64) {
-    let lowest = lowest(grid, points, objects);
-    let candidates =
-        objects.iter_mut().filter(|o| matches!(o.reason, None | Some(Reason::SteepSides)));
-    for object in candidates {
+    let mut candidates: Vec<&mut Object> = objects
+        .iter_mut()
+        .filter(|o| matches!(o.reason, None | Some(Reason::SteepSides)))
+        .collect();
+    let lowest = lowest(grid, &points_over(grid, points, candidates.iter().map(|o| &**o)));
+    for object in &mut candidates {
         let high: Vec<&[f64; 3]> =
             object.covers_m.iter().filter(|p| p[2] > HIGH * margin_m).collect();
         let sees_ground =
@@ -32,15 +35,11 @@ pub(crate) fn mark(grid: &Grid, points: &[Point], objects: &mut [Object], margin
     }
 }
 
-/// The lowest point in each cell that an object covers; infinite in all others.
-fn lowest(grid: &Grid, points: &[Point], objects: &[Object]) -> Vec<f64> {
-    let mut covers = vec![false; grid.len()];
-    let covered = objects.iter().flat_map(|object| &object.covers_m);
-    covered.for_each(|p| covers[grid.cell(p)] = true);
+/// The lowest of the points in each cell; infinite where there is none.
+fn lowest(grid: &Grid, points: &[(usize, Point)]) -> Vec<f64> {
     let mut lowest = vec![f64::INFINITY; grid.len()];
-    for p in points {
-        let cell = grid.cell(p);
-        if covers[cell] && p[2] < lowest[cell] {
+    for &(cell, p) in points {
+        if p[2] < lowest[cell] {
             lowest[cell] = p[2];
         }
     }
