@@ -163,7 +163,9 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             "`Settings()` is closer than the paper in every row",
             all(better),
             f"{sum(better)} of {len(better)}",
-            "A stage that is switched off harms divespot as well.",
+            "Not so "
+            + ", ".join(stage for stage, b in zip(table, better, strict=True) if not b)
+            + ": then all that stands above the ground is the pile, for divespot as well.",
         ),
     ]
 
