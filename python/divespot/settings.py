@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 #: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
 FLATTEST_REPOSE_DEG = 15.0
 
-#: A pile that takes up this share of the scene is to have so many points at least: the means over
-#: fifteen cells of four points would leave it no shape. With fewer points in all than gives it
-#: these, the surface is triangulated.
-PILE_SHARE, PILE_POINTS = 0.01, 60
-FEW_POINTS = PILE_POINTS / PILE_SHARE
+#: A pile that takes up this share of the scene is to have so many points at least, fewer where all
+#: cells hold equally many: over the means of fifty cells of about four points, gaps, its toe and a
+#: wall beside it still weigh. With fewer points in all than gives it these, the surface is
+#: triangulated, which takes several times as long.
+PILE_SHARE, PILE_POINTS, REGULAR_POINTS = 0.01, 200, 60
 
 #: A point this many standard deviations from a plane does not support it.
 SIGMAS = 4.0
@@ -169,7 +169,8 @@ class Settings:
         is the coarser of the two.
         """
         spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
-        few = points < FEW_POINTS and self.surface != "cells"
+        enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
+        few = points < enough and self.surface != "cells"
         cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
         fitting: Any = "triangles" if cell < spacing else "cells"
         chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)

@@ -1,7 +1,7 @@
-//! The nearest neighbours of a few places among many points.
+//! The nearest neighbours of places among points.
 //!
-//! The kd-tree is split at medians of a small part of the points and left coarse: to deal the
-//! points out takes longer than to search, and a few thousand searches pay for no more.
+//! The kd-tree is split at medians of a small part of the points and left as coarse as its user
+//! wants: to deal the points out takes longer than a few thousand searches.
 
 use std::cmp::Ordering;
 
@@ -9,10 +9,8 @@ use crate::Point;
 use crate::parallel::fill_chunks;
 use crate::sample::mix;
 
-/// Points in a leaf, about.
-const LEAF: usize = 128;
-/// A split is the median of this share of the points below it.
-const SHARE: usize = 16;
+/// A split is the median of so many points for each leaf below it.
+const DRAWN: usize = 8;
 /// Points that a thread takes at a time.
 const CHUNK: usize = 1 << 13;
 
@@ -29,12 +27,16 @@ pub(crate) struct Tree<'a> {
 }
 
 impl<'a> Tree<'a> {
-    pub(crate) fn new(points: &'a [Point], threads: usize) -> Self {
-        let leaves = (points.len() / LEAF).max(1).next_power_of_two();
-        let splits = splits(points, leaves);
+    /// A tree with about `leaf` points in a leaf.
+    pub(crate) fn new(points: &'a [Point], leaf: usize, threads: usize) -> Self {
+        let leaves = (points.len() / leaf).max(1).next_power_of_two();
+        let splits = splits(points, leaves, points.len() * DRAWN / leaf);
         let mut homes = vec![0_u32; points.len()];
         fill_chunks(&mut homes, CHUNK, threads, |first, piece| {
-            piece.iter_mut().zip(&points[first..]).for_each(|(home, p)| *home = leaf(&splits, p));
+            piece
+                .iter_mut()
+                .zip(&points[first..])
+                .for_each(|(home, p)| *home = home_of(&splits, p));
         });
         let (rows, ends) = dealt(&homes, leaves);
         Self { points, splits, rows, ends }
@@ -124,9 +126,9 @@ fn square([x, y, z]: Point) -> f64 {
 }
 
 /// Splits that part `points` into as many leaves, a power of two, of about equal size.
-fn splits(points: &[Point], leaves: usize) -> Vec<(usize, f64)> {
-    let drawn = |i: u64| points[(mix(i) % points.len() as u64) as usize];
-    let mut sample: Vec<Point> = (0..(points.len() / SHARE) as u64).map(drawn).collect();
+fn splits(points: &[Point], leaves: usize, drawn: usize) -> Vec<(usize, f64)> {
+    let draw = |i: u64| points[(mix(i) % points.len() as u64) as usize];
+    let mut sample: Vec<Point> = (0..drawn as u64).map(draw).collect();
     let mut splits = Vec::with_capacity(leaves - 1);
     let mut level: Vec<&mut [Point]> = vec![&mut sample];
     while level.len() < leaves {
@@ -153,7 +155,7 @@ fn widest(part: &[Point]) -> usize {
 
 /// The leaf that a point belongs to.
 #[inline]
-fn leaf(splits: &[(usize, f64)], p: &Point) -> u32 {
+fn home_of(splits: &[(usize, f64)], p: &Point) -> u32 {
     let mut node = 0;
     while let Some(&(axis, split)) = splits.get(node) {
         node = 2 * node + 1 + usize::from(p[axis] >= split);
@@ -201,9 +203,11 @@ mod tests {
         let shapes =
             [[1 << 40; 3], [30, 30, 3], [1000, 1, 1], [1, 1000, 1], [1, 1, 5000], [2, 2, 2000]];
         for shape in shapes {
-            for count in [1, 5, 31, 511, 512, 3000, 9000] {
+            for (count, leaf) in
+                [1, 5, 31, 511, 512, 3000, 9000].into_iter().zip([16, 128].into_iter().cycle())
+            {
                 let points = cloud(count, shape);
-                let tree = Tree::new(&points, 2);
+                let tree = Tree::new(&points, leaf, 2);
                 for at in points.iter().step_by(count as usize / 40 + 1).chain(&[[0.1; 3]]) {
                     assert_eq!(tree.nearest(at, 17), slow(&points, at, 17), "{shape:?} {count}");
                 }

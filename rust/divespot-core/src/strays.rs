@@ -22,6 +22,8 @@ const DIRECTIONS: u32 = 8;
 const BEND: f64 = 0.3;
 /// With less than this share of its neighbours in its plane, a point may be a stray.
 const LEAST: f64 = 0.5;
+/// Points in a leaf of the tree, in which every point searches.
+const LEAF: usize = 16;
 const CHUNK: usize = 256;
 
 /// Which of levelled points lie on the surface that they are samples of.
@@ -66,7 +68,7 @@ struct Left<'a> {
 impl<'a> Left<'a> {
     fn of(points: &'a [Point], threads: usize) -> Self {
         let plan: Vec<Point> = points.iter().map(|p| [p[0], p[1], 0.0]).collect();
-        let tree = Tree::new(&plan, threads);
+        let tree = Tree::new(&plan, LEAF, threads);
         let known = |row: usize| -> Vec<u32> {
             let found = tree.nearest_rows(&plan[row], KNOWN + 1);
             found.into_iter().filter(|&other| other as usize != row).take(KNOWN).collect()
@@ -87,10 +89,10 @@ impl<'a> Left<'a> {
             stale.iter().zip(fresh.into_iter().flatten()).for_each(|(&i, s)| supports[i] = s);
             let strays: Vec<usize> =
                 (0..self.points.len()).filter(|&i| self.is_stray(i, &supports)).collect();
-            strays.iter().for_each(|&i| self.left[i] = false);
-            let gone: std::collections::BTreeSet<usize> = strays.into_iter().collect();
-            stale =
-                (0..self.points.len()).filter(|&i| self.left[i] && self.lost(i, &gone)).collect();
+            let mut gone = vec![false; self.points.len()];
+            strays.into_iter().for_each(|i| (self.left[i], gone[i]) = (false, true));
+            let lost = |&i: &usize| self.known[i].iter().any(|&other| gone[other as usize]);
+            stale = (0..self.points.len()).filter(|&i| self.left[i]).filter(lost).collect();
         }
         self.left
     }
@@ -105,40 +107,56 @@ impl<'a> Left<'a> {
         self.left[i] && share < LEAST && !self.known[i].iter().enumerate().any(weaker)
     }
 
-    fn lost(&self, i: usize, gone: &std::collections::BTreeSet<usize>) -> bool {
-        self.known[i].iter().any(|&other| gone.contains(&(other as usize)))
-    }
-
-    /// The support of a point by the plane through it that most of its neighbours lie in.
+    /// The support of a point by the plane through it that most of its neighbours lie in, or by
+    /// the first one with enough of them.
     fn support(&self, i: usize) -> Support {
-        let here = self.points[i];
-        let alive = self.known[i].iter().enumerate().filter(|&(_, &o)| self.left[o as usize]);
-        let around: Vec<(usize, Point)> = alive
+        let alive = self.known[i].iter().zip(0..).filter(|&(&o, _)| self.left[o as usize]);
+        let near: Vec<Near> = alive
             .take(AROUND)
-            .map(|(k, &o)| {
-                (k, std::array::from_fn(|axis| self.points[o as usize][axis] - here[axis]))
-            })
+            .map(|(&o, place)| Near::of(&self.points[i], &self.points[o as usize], place))
             .collect();
-        let planes = self.tilts.iter().map(|&tilt| self.in_plane(&around, tilt));
-        planes.fold(Support::default(), |best, s| if s.share > best.share { s } else { best })
-    }
-
-    fn in_plane(&self, around: &[(usize, Point)], tilt: [f64; 2]) -> Support {
-        let mut support = Support::default();
-        for &(k, [dx, dy, dz]) in around {
-            let off = dz - tilt[0] * dx - tilt[1] * dy;
-            let most = BEND * dx.hypot(dy);
-            if off.abs() > most {
-                support.against |= 1 << k;
-            } else if most > 0.0 {
-                support.share += 1.0 - (off / most).powi(2);
-            } else {
-                support.share += 1.0;
+        let mut best = Support::default();
+        for support in self.tilts.iter().map(|&tilt| in_plane(&near, tilt)) {
+            if support.share > best.share {
+                best = support;
+            }
+            if best.share >= LEAST {
+                break;
             }
         }
-        support.share /= around.len().max(1) as f64;
-        support
+        best
     }
+}
+
+/// A neighbour as a point sees it.
+struct Near {
+    away: Point,
+    /// How far off a plane through the point it may lie.
+    most: f64,
+    place: u32,
+}
+
+impl Near {
+    fn of(here: &Point, there: &Point, place: u32) -> Self {
+        let away: Point = std::array::from_fn(|k| there[k] - here[k]);
+        Self { away, most: BEND * away[0].hypot(away[1]), place }
+    }
+}
+
+fn in_plane(near: &[Near], tilt: [f64; 2]) -> Support {
+    let mut support = Support::default();
+    for &Near { away: [dx, dy, dz], most, place } in near {
+        let off = dz - tilt[0] * dx - tilt[1] * dy;
+        if off.abs() > most {
+            support.against |= 1 << place;
+        } else if most > 0.0 {
+            support.share += 1.0 - (off / most).powi(2);
+        } else {
+            support.share += 1.0;
+        }
+    }
+    support.share /= near.len().max(1) as f64;
+    support
 }
 
 fn tilts() -> Vec<[f64; 2]> {

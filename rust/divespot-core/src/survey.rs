@@ -19,6 +19,8 @@ const SURVEYED: usize = 2000;
 const SPACING_NEIGHBOR: usize = 4;
 /// Neighbours, the point included, through which a small plane is laid.
 const NEIGHBORS: usize = 17;
+/// Points in a leaf of the tree: few searches pay for no more.
+const LEAF: usize = 128;
 const CHUNK: usize = 100;
 /// The steps of a regular raster differ by rounding alone.
 const REGULAR: f64 = 1e-6;
@@ -86,7 +88,7 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
         });
     }
     let threads = thread_count(threads);
-    let tree = Tree::new(points, threads);
+    let tree = Tree::new(points, LEAF, threads);
     let fixed = Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), 32);
     let asked = sample(points, SURVEYED, seed, threads);
     let look = |p: &Point| look(*p, &tree.nearest(p, NEIGHBORS), fixed);
