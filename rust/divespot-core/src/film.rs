@@ -133,6 +133,24 @@ impl Film {
         film
     }
 
+    /// A film of a height at every place of a square.
+    pub(crate) fn sampled(
+        origin_m: [f64; 2],
+        side_m: f64,
+        height: impl Fn([f64; 2]) -> f64,
+    ) -> Self {
+        let (columns, step_m) = (NODES + 1, side_m / NODES as f64);
+        let along = |k: usize, n: usize| origin_m[k] + step_m * n as f64;
+        let node = |n: usize| height([along(0, n % columns), along(1, n / columns)]);
+        Self { origin_m, step_m, columns, heights_m: (0..columns * columns).map(node).collect() }
+    }
+
+    /// The film moved in plan.
+    pub(crate) fn moved(mut self, by_m: [f64; 2]) -> Self {
+        self.origin_m.iter_mut().zip(by_m).for_each(|(origin, by)| *origin += by);
+        self
+    }
+
     /// Every cell pulls at its nearest node.
     fn gather(&self, ring: &[[f64; 3]]) -> Vec<Node> {
         let mut data: Vec<Node> = (0..self.heights_m.len()).map(Node::free).collect();
@@ -196,6 +214,15 @@ mod tests {
         assert!((film.at([19.5, 19.5]) - 1.0).abs() < 0.01);
         let level = Film::stretched([0.0; 2], [4.0; 2], 1.0, &[[0.0, 0.0, 0.25]]);
         assert!((level.at([3.0, 1.0]) - 0.25).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_film_of_given_heights_has_them_wherever_it_is_moved() {
+        let plane = |[x, y]: [f64; 2]| 0.3 * x - 0.1 * y;
+        let film = Film::sampled([-2.0, 1.0], 4.0, plane).moved([10.0, 20.0]);
+        for p in [[-1.9, 1.1], [0.03, 2.2], [1.99, 4.9]] {
+            assert!((film.at([p[0] + 10.0, p[1] + 20.0]) - plane(p)).abs() < 1e-12, "{p:?}");
+        }
     }
 
     #[test]

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::bend::Bend;
+use super::crease::Crease;
+use super::nodes::Nodes;
 use super::sectors::Sectors;
 use super::surface::Surface;
+use super::waves::{Footprint, Waves};
 use crate::count::to_f64;
 use crate::film::Film;
 use crate::heightmap::Grid;
@@ -24,9 +26,8 @@ const REACH: f64 = 4.685;
 /// Rounds of Tukey's biweight; it settles in about five.
 const ROUNDS: usize = 10;
 
-/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, how the ground bends
-/// under the object, and a film over both that follows it where it leaves them; or a surface that
-/// was given.
+/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, a crease of the ground
+/// under the object, and a film over both that follows its waves; or a surface that was given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Where `level_m` holds.
@@ -41,7 +42,7 @@ pub struct Base {
     pub u_level_m: f64,
     /// What the base rests on.
     pub kind: Kind,
-    bend: Option<Bend>,
+    crease: Option<Crease>,
     /// How far the ground around the object lies from the plane.
     wander_m: f64,
     film: Option<Film>,
@@ -78,7 +79,7 @@ impl Base {
             noise_m,
             u_level_m,
             kind,
-            bend: None,
+            crease: None,
             wander_m: noise_m,
             film: None,
             surface: None,
@@ -126,8 +127,8 @@ impl Base {
 
     fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
         let [cx, cy] = self.center_m;
-        let bend = self.bend.map_or(0.0, |bend| bend.at(x - cx, y - cy));
-        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + bend
+        let crease = self.crease.map_or(0.0, |crease| crease.at(x - cx, y - cy));
+        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + crease
     }
 
     /// The base with a film over `patch` through what the ring leaves of the plane; cells that
@@ -141,7 +142,33 @@ impl Base {
         self
     }
 
-    /// The plane through `ring`, cells (x, y, height) of edge `cell_m`, with the bend that it shows;
+    /// The base under a footprint that the `ground` around it lets expect.
+    pub(crate) fn with_waves(self, ground: &[[f64; 3]], footprint: &Footprint) -> Self {
+        let flat = |p: &[f64; 3]| {
+            let [x, y] = [p[0] - self.center_m[0], p[1] - self.center_m[1]];
+            [x, y, p[2] - self.crease.map_or(0.0, |crease| crease.at(x, y))]
+        };
+        let nodes = Nodes::of(&ground.iter().map(flat).collect::<Vec<_>>());
+        let points = nodes.points();
+        let sectors = Sectors::of(&points);
+        let Some(plane) = robust_plane(&points, &sectors, self.kind) else { return self };
+        let off = residuals(&points, &plane);
+        let reach = REACH * wander(&off, &sectors);
+        let nodes = nodes.kept(|i| off[i].abs() <= reach);
+        let line = self.crease.map(|crease| crease.line);
+        let waves = Waves::new(&nodes, footprint, self.kind == Kind::Ring, line);
+        let Some(expected) = waves.expected() else { return self };
+        Self {
+            level_m: expected.level_m,
+            tilt: expected.tilt,
+            crease: self.crease.map(|crease| crease.raised(expected.rises)),
+            u_level_m: expected.u_mean_m,
+            film: Some(expected.film.moved(self.center_m)),
+            ..self
+        }
+    }
+
+    /// The plane through `ring`, cells (x, y, height) of edge `cell_m`, with the crease that it shows;
     /// stray cells weigh nothing. As yet without a film.
     ///
     /// `None` where the ring is too small to say anything.
@@ -153,9 +180,9 @@ impl Base {
             ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
         let sectors = Sectors::of(&local);
         let kind = if sectors.widest_gap() < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
-        let bend = if kind == Kind::Ring { Bend::found(&local, cell_m) } else { None };
-        if let Some(bend) = bend {
-            local.iter_mut().for_each(|p| p[2] -= bend.at(p[0], p[1]));
+        let crease = if kind == Kind::Ring { Crease::found(&local, cell_m) } else { None };
+        if let Some(crease) = crease {
+            local.iter_mut().for_each(|p| p[2] -= crease.at(p[0], p[1]));
         }
         let plane = robust_plane(&local, &sectors, kind)?;
         let mut off = residuals(&local, &plane);
@@ -172,7 +199,7 @@ impl Base {
             noise_m,
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
-            bend,
+            crease,
             wander_m,
             film: None,
             surface: None,

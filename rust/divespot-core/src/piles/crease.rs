@@ -1,6 +1,7 @@
 //! A straight line under an object along which the floor is folded or stepped.
 //!
-//! The ring of ground crosses such a line twice.
+//! The ring of ground crosses such a line twice. Waves from the ring would round a fold off and make
+//! a ramp of a step, by some per cent of a low pile.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -20,29 +21,34 @@ const LEAST_SIDE: f64 = 0.1;
 /// What is further off than this many standard deviations tells nothing.
 const STRAY: f64 = 4.0;
 
+/// What a crease must leave at most of a smoothly bent floor's squares, to be believed.
+const CLEARER: f64 = 0.35;
+/// A floor that leaves less than this share of the cells' noise is not looked at further.
+const NOTICED: f64 = 0.5;
+
 /// How the floor changes across a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// Its slope.
-    Fold,
     /// Its height.
     Step,
+    /// Its slope.
+    Fold,
 }
 
 /// A fold or a step, to be added to a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Crease {
     kind: Kind,
-    line: Line,
-    /// The height of a step; the change of slope across a fold.
-    rise: f64,
+    pub(crate) line: Line,
+    /// The height of the step, and the change of slope across the fold.
+    rises: [f64; 2],
     /// Edge of the squares whose heights it is to meet.
     width_m: f64,
 }
 
 /// The line of the places `p` with `p · across = at_m`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Line {
+pub(crate) struct Line {
     angle_rad: f64,
     /// Cosine and sine of the angle.
     across: [f64; 2],
@@ -50,17 +56,25 @@ struct Line {
 }
 
 impl Line {
-    fn new(angle_rad: f64, at_m: f64) -> Self {
+    pub(crate) fn new(angle_rad: f64, at_m: f64) -> Self {
         Self { angle_rad, across: [angle_rad.cos(), angle_rad.sin()], at_m }
     }
 
     /// The distance beyond the line.
-    fn beyond(self, x: f64, y: f64) -> f64 {
+    pub(crate) fn beyond(self, x: f64, y: f64) -> f64 {
         x * self.across[0] + y * self.across[1] - self.at_m
     }
 }
 
 impl Kind {
+    /// The rise of a crease of this kind alone.
+    fn rises(self, rise: f64) -> [f64; 2] {
+        match self {
+            Self::Step => [rise, 0.0],
+            Self::Fold => [0.0, rise],
+        }
+    }
+
     /// What a unit crease adds at this distance beyond the line, on average over a square as wide.
     fn value(self, beyond: f64, width_m: f64) -> f64 {
         match self {
@@ -71,13 +85,39 @@ impl Kind {
 }
 
 impl Crease {
+    /// The crease that a ring of cells (x, y, height, about its centre) of edge `cell_m` shows, if
+    /// there is one.
+    ///
+    /// It must fit clearly better than a smoothly bent floor, which has as many parameters.
+    pub(crate) fn found(ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
+        let nodes = Nodes::of(ring);
+        let plane = nodes.basis(|x, y| vec![1.0, x, y])?;
+        let bent = nodes.basis(|x, y| vec![1.0, x, y, x * x, y * y, x * y])?;
+        let left = without(&plane, &nodes.heights);
+        let smooth = without(&bent, &nodes.heights);
+        if smooth.norm_squared() <= nodes.roots.norm_squared() * (NOTICED * nodes.noise_m).powi(2) {
+            return None;
+        }
+        let crease = Self::best(&nodes, &plane, &left).filter(|crease| crease.is_floor(&nodes))?;
+        let clear = crease.leaves(&nodes, &plane, &left, &smooth) < CLEARER;
+        clear.then(|| crease.settled(ring, cell_m, &nodes, &plane, &left))
+    }
+
     /// What the crease adds to the plane at a place.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
-        self.rise * self.kind.value(self.line.beyond(x, y), self.width_m)
+        let beyond = self.line.beyond(x, y);
+        let value = |kind: Kind| self.rises[kind as usize] * kind.value(beyond, self.width_m);
+        value(Kind::Step) + value(Kind::Fold)
+    }
+
+    /// The crease with so much more of a step and of a fold.
+    pub(crate) fn raised(mut self, more: [f64; 2]) -> Self {
+        self.rises.iter_mut().zip(more).for_each(|(rise, more)| *rise += more);
+        self
     }
 
     /// The crease that explains most of `left`, which is what `plane` leaves of the heights.
-    pub(crate) fn best(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>) -> Option<Self> {
+    fn best(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>) -> Option<Self> {
         let cost = |kind: Kind, line: Line| {
             let across = across(nodes, plane, kind, line);
             -across.dot(left).powi(2) / across.norm_squared().max(f64::MIN_POSITIVE)
@@ -88,29 +128,30 @@ impl Crease {
         let (_, kind, line) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let turn = std::f64::consts::PI / f64::from(DIRECTIONS);
         let line = moved(line, nodes.size_m / f64::from(PLACES), turn, |line| cost(kind, line));
-        let rise = rise(nodes, plane, left, kind, line);
-        Some(Self { kind, line, rise, width_m: nodes.step_m })
+        let rises = kind.rises(rise(nodes, plane, left, kind, line));
+        Some(Self { kind, line, rises, width_m: nodes.step_m })
     }
 
     /// Whether it can be a floor's: gentle on either side of a fold, low for the size of the ring.
-    pub(crate) fn is_floor(&self, nodes: &Nodes) -> bool {
+    fn is_floor(&self, nodes: &Nodes) -> bool {
         let most = match self.kind {
             Kind::Fold => 2.0 * GENTLE,
             Kind::Step => GENTLE * nodes.size_m,
         };
-        self.rise.abs() <= most
+        self.rises[self.kind as usize].abs() <= most
     }
 
     /// The squares that the crease leaves of `left`, as a share of those of `smooth`; nodes that
     /// are far off count no more than strays.
-    pub(crate) fn leaves(
+    fn leaves(
         &self,
         nodes: &Nodes,
         plane: &DMatrix<f64>,
         left: &DVector<f64>,
         smooth: &DVector<f64>,
     ) -> f64 {
-        let rest = left - across(nodes, plane, self.kind, self.line) * self.rise;
+        let rest =
+            left - across(nodes, plane, self.kind, self.line) * self.rises[self.kind as usize];
         let most = STRAY * scale(rest.iter().copied());
         let squares = |v: &DVector<f64>| v.iter().map(|r| r.abs().min(most).powi(2)).sum::<f64>();
         squares(&rest) / squares(smooth)
@@ -118,7 +159,7 @@ impl Crease {
 
     /// The crease with its line moved to where it leaves least of the ring's single cells, whose
     /// edge is `cell_m`; those far off count no more than strays.
-    pub(crate) fn settled(
+    fn settled(
         mut self,
         ring: &[[f64; 3]],
         cell_m: f64,
@@ -140,7 +181,7 @@ impl Crease {
             };
             let line = moved(self.line, nodes.step_m, nodes.step_m / nodes.size_m, cost);
             let rise = rise(nodes, plane, left, self.kind, line);
-            self = Self { line, rise, width_m: cell_m, ..self };
+            self = Self { line, rises: self.kind.rises(rise), width_m: cell_m, ..self };
         }
         self
     }
@@ -189,4 +230,97 @@ fn moved(mut line: Line, mut step_m: f64, mut turn: f64, cost: impl Fn(Line) -> 
         }
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    const CELL: f64 = 0.0137;
+
+    /// The cells between 0.45 and 0.56 m off the centre, on a raster that lies anyhow.
+    fn ring(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
+        let at = |i: i32| 0.0031 + f64::from(i) * CELL;
+        let places = (-45..45).flat_map(|i| (-45..45).map(move |j| (at(i), at(j))));
+        let on = |&(x, y): &(f64, f64)| (0.45..0.56).contains(&x.hypot(y));
+        places
+            .filter(on)
+            .zip(0..)
+            .map(|((x, y), i)| [x, y, height(x, y) + 0.001 * noise(i)])
+            .collect()
+    }
+
+    /// About normal.
+    fn noise(i: u64) -> f64 {
+        (0..12).map(|k| (mix(12 * i + k) >> 11) as f64 / (1u64 << 53) as f64).sum::<f64>() - 6.0
+    }
+
+    /// How far the base is off on average over the disc within the ring, in metres.
+    fn error(height: impl Fn(f64, f64) -> f64 + Copy) -> f64 {
+        let mut local = ring(height);
+        let bend = Crease::found(&local, CELL);
+        let bend_at = |x: f64, y: f64| bend.map_or(0.0, |b| b.at(x, y));
+        local.iter_mut().for_each(|p| p[2] -= bend_at(p[0], p[1]));
+        let plane = Nodes::of(&local).plane_under(|_, _| 0.0).unwrap();
+        let at = |i: i32| f64::from(i) * 0.005;
+        let disc = (-90..90).flat_map(|i| (-90..90).map(move |j| (at(i), at(j))));
+        let inside = disc.filter(|(x, y)| x.hypot(*y) < 0.45);
+        let off = |(x, y): (f64, f64)| {
+            plane[0] + plane[1] * x + plane[2] * y + bend_at(x, y) - height(x, y)
+        };
+        let (sum, count) = inside.fold((0.0, 0.0), |(s, n), p| (s + off(p), n + 1.0));
+        sum / count
+    }
+
+    #[test]
+    fn a_step_is_found_wherever_it_runs() {
+        for (angle, at) in [(0.0, 0.0), (0.5, 0.2), (1.3, -0.15), (2.9, 0.1), (0.03, -0.21)] {
+            let line = Edge { angle, at };
+            let off =
+                error(|x, y| 0.7 + 0.02 * x + if line.beyond(x, y) > 0.0 { 0.03 } else { 0.0 });
+            assert!(off.abs() < 4e-4, "{angle} {at}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_fold_up_or_down_is_found() {
+        for (slope, at) in [(0.05, 0.0), (-0.05, 0.2), (0.08, -0.1)] {
+            let line = Edge { angle: 0.7, at };
+            let off = error(|x, y| 0.7 - 0.01 * y + slope * line.beyond(x, y).max(0.0));
+            assert!(off.abs() < 3e-4, "{slope} {at}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_plane_a_saddle_and_a_bowl_are_no_crease() {
+        for height in [
+            |x, y| 0.1 * x - 0.05 * y,
+            |x, y| 0.03 * (x * x - y * y),
+            |x, y| 0.03 * (x * x + y * y),
+        ] {
+            assert_eq!(Crease::found(&ring(height), CELL), None);
+        }
+    }
+
+    #[test]
+    fn debris_and_the_foot_of_a_wall_are_no_bend() {
+        let debris = |x: f64, y: f64| if (x - 0.5).hypot(y) < 0.06 { 0.05 } else { 0.0 };
+        let bend = Crease::found(&ring(debris), CELL);
+        assert!(bend.is_none_or(|bend| bend.at(0.0, 0.0).abs() < 1e-3), "{bend:?}");
+        let wall = |x: f64, _| if x > 0.5 { 3.0 * (x - 0.5) } else { 0.0 };
+        let bend = Crease::found(&ring(wall), CELL);
+        assert!(bend.is_none_or(|bend| bend.at(0.0, 0.0).abs() < 1e-3), "{bend:?}");
+    }
+
+    struct Edge {
+        angle: f64,
+        at: f64,
+    }
+
+    impl Edge {
+        fn beyond(&self, x: f64, y: f64) -> f64 {
+            x * self.angle.cos() + y * self.angle.sin() - self.at
+        }
+    }
 }

@@ -6,7 +6,6 @@
 
 mod alone;
 mod base;
-mod bend;
 mod budget;
 mod clear;
 mod crease;
@@ -31,6 +30,7 @@ mod surface;
 mod territory;
 mod valley;
 mod wall;
+mod waves;
 
 pub use base::{Base, Kind};
 pub use budget::Budget;
@@ -145,7 +145,7 @@ fn with_flanks(
 
 fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, Patch)> {
     let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
-    let farthest = reach.iter().map(|r| r.toe + r.ring).max().unwrap_or(0);
+    let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
     Patch::all(scene, labels, &Territory::grow(scene.grid, labels, farthest), &reach)
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::count::to_f64;
-use crate::robust::{median, scale};
+use crate::robust::scale;
 
 /// Nodes along the longer side of the ring, at most.
 const NODES: f64 = 24.0;
@@ -43,7 +43,7 @@ impl Nodes {
         let (mut places, mut roots, mut heights) = (Vec::new(), Vec::new(), Vec::new());
         for cells in cells.values() {
             let count = to_f64(cells.len());
-            let middle = median(cells.iter().map(|p| p[2]).collect());
+            let middle = middle(cells.iter().map(|p| p[2]).collect());
             off.extend(cells.iter().map(|p| p[2] - middle));
             places.push([0, 1].map(|k| cells.iter().map(|p| p[k]).sum::<f64>() / count));
             roots.push(count.sqrt());
@@ -69,6 +69,24 @@ impl Nodes {
         (rows.len() > 2 * width).then(|| matrix.qr().q())
     }
 
+    /// The middle of each node.
+    pub(crate) fn points(&self) -> Vec<[f64; 3]> {
+        let point = |(i, p): (usize, &[f64; 2])| [p[0], p[1], self.heights[i] / self.roots[i]];
+        self.places.iter().enumerate().map(point).collect()
+    }
+
+    /// The nodes that are `kept`.
+    pub(crate) fn kept(&self, kept: impl Fn(usize) -> bool) -> Self {
+        let all: Vec<usize> = (0..self.places.len()).filter(|&i| kept(i)).collect();
+        let those = |values: &DVector<f64>| DVector::from_fn(all.len(), |i, _| values[all[i]]);
+        Self {
+            places: all.iter().map(|&i| self.places[i]).collect(),
+            roots: those(&self.roots),
+            heights: those(&self.heights),
+            ..*self
+        }
+    }
+
     /// Height at the centre and slopes of the plane that fits the nodes best when `other` lies on it.
     pub(crate) fn plane_under(&self, other: impl Fn(f64, f64) -> f64) -> Option<[f64; 3]> {
         let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -79,6 +97,13 @@ impl Nodes {
         }
         matrix.cholesky().map(|c| c.solve(&right).into())
     }
+}
+
+/// The median, between the two middle ones of an even number: of few values the upper is too high.
+fn middle(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let half = values.len() / 2;
+    0.5 * (values[half] + values[values.len().div_ceil(2) - 1])
 }
 
 /// The part of `values` that lies across all columns of an orthonormal basis.

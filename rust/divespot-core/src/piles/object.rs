@@ -134,7 +134,7 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
     let covers = |cell: usize| match patch.zones[cell] {
         Zone::Core => patch.counted(cell).share > 0.0,
         Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),
-        Zone::Outside | Zone::Ring => false,
+        Zone::Outside | Zone::Ring | Zone::Beyond => false,
     };
     (0..patch.zones.len()).map(covers).collect()
 }

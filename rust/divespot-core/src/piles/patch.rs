@@ -18,6 +18,8 @@ pub(crate) enum Zone {
     Toe,
     /// Ground around the toe.
     Ring,
+    /// Ground around the ring.
+    Beyond,
 }
 
 /// A window of the height map with every cell's zone.
@@ -62,8 +64,13 @@ impl<'a> Scene<'a> {
 pub(crate) struct Reach {
     pub(crate) toe: u32,
     pub(crate) ring: u32,
+    /// Beyond the ring.
+    pub(crate) beyond: u32,
 }
 
+/// How far around an object its ground is looked at for waves, as a share of the edge of a square
+/// of its size. Farther off, ground tells less of that below than steps between frames mislead.
+const WAVES_SHARE: f64 = 0.5;
 /// A ring has at least this many steps.
 const FEWEST_STEPS: u32 = 3;
 
@@ -75,8 +82,17 @@ impl Reach {
             cells.resize(cells.len().max(label + 1), 0);
             cells[label] += 1;
         }
-        let ring = |&cells: &u32| (ring_share * f64::from(cells).sqrt()) as u32;
-        cells.iter().map(|n| Self { toe, ring: ring(n).max(FEWEST_STEPS) }).collect()
+        let reach = |&cells: &u32| {
+            let share = |share: f64| (share * f64::from(cells).sqrt()) as u32;
+            let ring = share(ring_share).max(FEWEST_STEPS);
+            Self { toe, ring, beyond: share(WAVES_SHARE).saturating_sub(ring) }
+        };
+        cells.iter().map(reach).collect()
+    }
+
+    /// Steps to the last cell that tells something.
+    pub(crate) fn farthest(self) -> u32 {
+        self.toe + self.ring + self.beyond
     }
 }
 
@@ -140,7 +156,7 @@ impl Patch {
     /// The part of a cell that counts.
     pub(crate) fn counted(&self, cell: usize) -> Part {
         match (self.zones[cell], &self.parts) {
-            (Zone::Ring | Zone::Outside, _) => Part::default(),
+            (Zone::Ring | Zone::Beyond | Zone::Outside, _) => Part::default(),
             (Zone::Core | Zone::Toe, Some(parts)) => parts[cell],
             (Zone::Core | Zone::Toe, None) => Part::WHOLE,
         }
@@ -220,6 +236,7 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
         0 => Zone::Core,
         steps if steps <= reach.toe => Zone::Toe,
         steps if steps <= reach.toe + reach.ring => Zone::Ring,
+        steps if steps <= reach.farthest() => Zone::Beyond,
         _ => Zone::Outside,
     };
     cells.iter().map(zone).collect()
@@ -231,7 +248,7 @@ fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Wi
     let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
     for (cell, (&label, &steps)) in territory.owner.iter().zip(&territory.steps).enumerate() {
         let Ok(label) = usize::try_from(label) else { continue };
-        if steps > reach[label].toe + reach[label].ring {
+        if steps > reach[label].farthest() {
             continue;
         }
         let about = if steps == 0 { FEWEST_STEPS as usize } else { 0 };

@@ -215,7 +215,7 @@ fn patch(
         (labels[cell], counts[cell]) = (OWN, part);
     }
     let reach = Reach::each(&labels, 0, settings.ring_share);
-    let territory = Territory::grow(scene.grid, &labels, reach[0].ring);
+    let territory = Territory::grow(scene.grid, &labels, reach[0].farthest());
     let (_, mut patch) = Patch::all(scene, &labels, &territory, &reach).into_iter().next()?;
     patch.count_parts(|center| counts[scene.grid.cell(&center)]);
     Some(patch)

@@ -87,7 +87,7 @@ fn is_wall(patch: &Patch, above: &[f64], cell: usize, margin_m: f64) -> bool {
     let may_be = match patch.zones[cell] {
         Zone::Toe => true,
         Zone::Outside => at_edge(),
-        Zone::Core | Zone::Ring => false,
+        Zone::Core | Zone::Ring | Zone::Beyond => false,
     };
     let core = || patch.around(cell, NEAR).filter(is_core).map(|n| above[n]);
     let rise = STEEPEST * patch.grid.cell_m;

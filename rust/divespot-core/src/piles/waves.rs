@@ -1,0 +1,332 @@
+//! The ground under an object as the ground around it lets expect: kriging with its own variogram.
+//!
+//! A floor is a plane, with waves that are longer than the object is wide, and small steps that
+//! fused frames leave where they end; each a random field of known spectrum. How high they are and
+//! how long, the seen ground tells by its likelihood; what it does not tell is averaged over. The
+//! mean height under the object and its standard error follow in closed form (block kriging:
+//! Chilès and Delfiner 2012, *Geostatistics*, section 3.5; fields as sums of cosines: Solin and
+//! Särkkä 2020, Stat. Comput. 30:419; likelihood: Rasmussen and Williams 2006, section 5.4).
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{DMatrix, DVector};
+
+use super::crease::Line;
+use super::nodes::Nodes;
+use crate::count::to_f64;
+use crate::film::Film;
+use crate::robust::median;
+
+/// Half waves across the domain, at most: a floor that wavers within an object's width is no floor.
+const HIGHEST: usize = 6;
+/// The domain is so much wider than what was seen: at its edges all cosines are level.
+const WIDER: f64 = 1.25;
+/// Correlation lengths of the waves, in edges of a square as large as the object.
+const LENGTHS: [f64; 2] = [0.8, 1.3];
+/// Variances of the waves, in variances of a node's noise.
+const SWELLS: [f64; 5] = [1.0, 10.0, 1e2, 1e3, 1e4];
+/// Strengths of the small steps, in the same: their spectrum falls as that of an edge does.
+const SEAMS: [f64; 3] = [0.03, 0.3, 3.0];
+/// Variance of what nothing is known of beforehand, in the same.
+const UNKNOWN: f64 = 1e9;
+/// What frames leave in common makes neighbouring nodes err together: so many count as one.
+const CORRELATED: f64 = 6.0;
+/// Columns of the plane: level and slopes.
+const PLANE: usize = 3;
+
+/// What the ground is expected to be, about the object's centre.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Expected {
+    pub(crate) level_m: f64,
+    pub(crate) tilt: [f64; 2],
+    /// Step and change of slope along the line that was given.
+    pub(crate) rises: [f64; 2],
+    /// What waves and small steps add.
+    pub(crate) film: Film,
+    /// Standard uncertainty of the mean height under the object.
+    pub(crate) u_mean_m: f64,
+    /// Logarithm of how likely such ground looks as seen, but for what is the same for all kinds.
+    pub(crate) evidence: f64,
+}
+
+/// Where an object lies.
+#[derive(Debug)]
+pub(crate) struct Footprint {
+    /// Places all over it.
+    pub(crate) places: Vec<[f64; 2]>,
+    /// Edge of a square as large.
+    pub(crate) size_m: f64,
+}
+
+/// What the ground is taken for.
+pub(crate) struct Waves<'a> {
+    pub(crate) nodes: &'a Nodes,
+    footprint: &'a Footprint,
+    /// Whether its slope is to be found.
+    tilted: bool,
+    line: Option<Line>,
+    low_m: [f64; 2],
+    side_m: f64,
+}
+
+/// The normal equations, which are the same for all fields.
+struct Equations {
+    gram: DMatrix<f64>,
+    right: DVector<f64>,
+    squares: f64,
+    freedom: f64,
+    /// The columns' mean under the object.
+    under: DVector<f64>,
+}
+
+/// The ground for one choice of the fields.
+struct Choice {
+    evidence: f64,
+    amplitudes: DVector<f64>,
+    mean_m: f64,
+    variance_m2: f64,
+}
+
+impl<'a> Waves<'a> {
+    /// Ground that was seen at `nodes` and lies, unseen, under an object.
+    pub(crate) fn new(
+        nodes: &'a Nodes,
+        footprint: &'a Footprint,
+        tilted: bool,
+        line: Option<Line>,
+    ) -> Self {
+        let all = || nodes.places.iter().chain(&footprint.places);
+        let low = |k: usize| all().map(|p| p[k]).fold(f64::INFINITY, f64::min);
+        let high = |k: usize| all().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+        let span = [0, 1].map(|k| high(k) - low(k));
+        let side_m = WIDER * span[0].max(span[1]).max(footprint.size_m);
+        let low_m = [0, 1].map(|k| low(k) - 0.5 * (side_m - span[k]));
+        Self { nodes, footprint, tilted, line, low_m, side_m }
+    }
+
+    /// What is to be expected; `None` where too little was seen to say anything.
+    pub(crate) fn expected(&self) -> Option<Expected> {
+        let equations = self.equations()?;
+        let choice = |(length, swell, seams): (f64, f64, f64)| {
+            equations.solved(&self.prior(length, swell, seams))
+        };
+        let still = SEAMS.iter().map(|&seams| (1.0, 0.0, seams));
+        let waves = LENGTHS.iter().flat_map(|&l| SWELLS.iter().map(move |&s| (l, s)));
+        let wavy = waves.flat_map(|(l, s)| SEAMS.iter().map(move |&seams| (l, s, seams)));
+        let choices: Vec<Choice> = still.chain(wavy).filter_map(choice).collect();
+        self.averaged(&choices)
+    }
+
+    fn equations(&self) -> Option<Equations> {
+        let (nodes, under) = (self.nodes, &self.footprint.places);
+        let freedom = to_f64(nodes.places.len()) / CORRELATED - to_f64(PLANE);
+        if freedom < 1.0 || under.is_empty() {
+            return None;
+        }
+        let usual = CORRELATED.sqrt() * median(nodes.roots.iter().copied().collect());
+        let rows: Vec<Vec<f64>> = nodes.places.iter().map(|&p| self.columns(p)).collect();
+        let design = DMatrix::from_fn(rows.len(), rows[0].len(), |row, column| {
+            nodes.roots[row] / usual * rows[row][column]
+        });
+        let heights = &nodes.heights / usual;
+        let mut mean = DVector::zeros(design.ncols());
+        for &p in under {
+            mean.iter_mut().zip(self.columns(p)).for_each(|(sum, value)| *sum += value);
+        }
+        Some(Equations {
+            gram: design.tr_mul(&design),
+            right: design.tr_mul(&heights),
+            squares: heights.norm_squared(),
+            freedom,
+            under: mean / to_f64(under.len()),
+        })
+    }
+
+    /// Columns before the cosines.
+    fn fields(&self) -> usize {
+        if self.line.is_some() { PLANE + 2 } else { PLANE }
+    }
+
+    /// Level, slopes, step and fold, and the cosines at a place.
+    fn columns(&self, p: [f64; 2]) -> Vec<f64> {
+        let slope = if self.tilted { 1.0 / self.footprint.size_m } else { 0.0 };
+        let mut columns = vec![1.0, slope * p[0], slope * p[1]];
+        if let Some(line) = self.line {
+            let beyond = line.beyond(p[0], p[1]);
+            columns.extend([f64::from(beyond > 0.0), beyond.max(0.0) / self.footprint.size_m]);
+        }
+        let turns = [0, 1].map(|k| (PI * (p[k] - self.low_m[k]) / self.side_m).cos());
+        let [x, y] = turns.map(cosines);
+        columns.extend(modes().map(|(j, k)| x[j] * y[k]));
+        columns
+    }
+
+    /// Variances of the columns' amplitudes, in those of a node's noise.
+    fn prior(&self, length: f64, swell: f64, seams: f64) -> DVector<f64> {
+        let side = self.side_m / self.footprint.size_m;
+        let mut variances = vec![UNKNOWN; self.fields()];
+        variances.extend(modes().map(|(j, k)| {
+            let number = PI / side * to_f64(j * j + k * k).sqrt();
+            let wave = swell * length * length * (-0.5 * (length * number).powi(2)).exp();
+            let both = if j > 0 && k > 0 { 4.0 } else { 2.0 };
+            TAU * both / (side * side) * (wave + seams / number.powi(3))
+        }));
+        variances.into()
+    }
+
+    /// The mean of all choices, each by its likelihood.
+    fn averaged(&self, choices: &[Choice]) -> Option<Expected> {
+        let best = choices.iter().map(|c| c.evidence).reduce(f64::max)?;
+        let weigh = |c: &Choice| (c.evidence - best).exp();
+        let sum: f64 = choices.iter().map(weigh).sum();
+        let mean = |value: &dyn Fn(&Choice) -> f64| {
+            choices.iter().map(|c| weigh(c) * value(c)).sum::<f64>() / sum
+        };
+        let mean_m = mean(&|c| c.mean_m);
+        let variance = mean(&|c| c.variance_m2 + (c.mean_m - mean_m).powi(2));
+        let amplitude = |i: usize| mean(&|c| c.amplitudes[i]);
+        let fields = self.fields();
+        let waves: Vec<f64> = (fields..fields + modes().count()).map(amplitude).collect();
+        let height = |p: [f64; 2]| {
+            self.columns(p)[fields..].iter().zip(&waves).map(|(value, wave)| value * wave).sum()
+        };
+        let slope = if self.tilted { 1.0 / self.footprint.size_m } else { 0.0 };
+        Some(Expected {
+            level_m: amplitude(0),
+            tilt: [1, 2].map(|i| slope * amplitude(i)),
+            rises: match self.line {
+                Some(_) => [amplitude(PLANE), amplitude(PLANE + 1) / self.footprint.size_m],
+                None => [0.0; 2],
+            },
+            film: Film::sampled(self.low_m, self.side_m, height),
+            u_mean_m: variance.sqrt(),
+            evidence: best + (sum / to_f64(choices.len())).ln(),
+        })
+    }
+}
+
+/// The cosines of nought to `HIGHEST` times an angle, from the cosine of it.
+fn cosines(first: f64) -> [f64; HIGHEST + 1] {
+    let mut all = [1.0; HIGHEST + 1];
+    all[1] = first;
+    for i in 2..all.len() {
+        all[i] = 2.0 * first * all[i - 1] - all[i - 2];
+    }
+    all
+}
+
+/// Half waves along x and y of each cosine.
+fn modes() -> impl Iterator<Item = (usize, usize)> {
+    let all = (0..=HIGHEST).flat_map(|j| (0..=HIGHEST).map(move |k| (j, k)));
+    all.filter(|(j, k)| (1..=HIGHEST * HIGHEST).contains(&(j * j + k * k)))
+}
+
+impl Equations {
+    /// The ground when the amplitudes have these variances, in those of a node's noise, whose own
+    /// follows.
+    fn solved(&self, prior: &DVector<f64>) -> Option<Choice> {
+        let roots = prior.map(f64::sqrt);
+        let size = roots.len();
+        let scaled = DMatrix::from_fn(size, size, |i, j| {
+            roots[i] * self.gram[(i, j)] * roots[j] + if i == j { 1.0 } else { 0.0 }
+        });
+        let cholesky = scaled.cholesky()?;
+        let lower = cholesky.l_dirty();
+        let right = lower.solve_lower_triangular(&roots.component_mul(&self.right))?;
+        let left = (self.squares - right.norm_squared()).max(self.squares * f64::EPSILON);
+        let noise_m2 = (left / self.freedom).max(f64::MIN_POSITIVE);
+        let scatter: f64 = (0..size).map(|i| lower[(i, i)].ln()).sum();
+        let amplitudes = roots.component_mul(&lower.tr_solve_lower_triangular(&right)?);
+        let known = lower.solve_lower_triangular(&roots.component_mul(&self.under))?;
+        Some(Choice {
+            evidence: -0.5 * self.freedom * noise_m2.ln() - scatter,
+            mean_m: amplitudes.dot(&self.under),
+            variance_m2: noise_m2 * known.norm_squared(),
+            amplitudes,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    const CELL: f64 = 0.04;
+    const NOISE: f64 = 0.001;
+
+    fn uniform(seed: u64) -> f64 {
+        (mix(seed) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// About normal.
+    fn normal(seed: u64) -> f64 {
+        (0..12).map(|k| uniform(12 * seed + k)).sum::<f64>() - 6.0
+    }
+
+    fn places() -> impl Iterator<Item = [f64; 2]> {
+        let at = |i: i32| 0.003 + f64::from(i) * CELL;
+        (-40..40).flat_map(move |i| (-40..40).map(move |j| [at(i), at(j)]))
+    }
+
+    /// Ground within 1.2 m of an object of 0.5 m, and how far off its mean height below the object
+    /// is taken, with the standard uncertainty of that.
+    fn off(height: impl Fn([f64; 2]) -> f64, line: Option<Line>, seed: u64) -> (f64, f64) {
+        let radius = |p: &[f64; 2]| p[0].hypot(p[1]);
+        let ground = places().filter(|p| (0.5..1.2).contains(&radius(p)));
+        let seen = |(p, i): ([f64; 2], u64)| {
+            [p[0], p[1], height(p) + NOISE * normal(seed.wrapping_mul(1 << 20) + i)]
+        };
+        let nodes = Nodes::of(&ground.zip(0..).map(seen).collect::<Vec<_>>());
+        let places: Vec<_> = places().filter(|p| radius(p) < 0.5).collect();
+        let footprint = Footprint { size_m: CELL * to_f64(places.len()).sqrt(), places };
+        let found = Waves::new(&nodes, &footprint, true, line).expected().unwrap();
+        let [step, fold] = found.rises;
+        let at = |p: &[f64; 2]| {
+            let beyond = line.map_or(-1.0, |line| line.beyond(p[0], p[1]));
+            let crease = if beyond > 0.0 { step + fold * beyond } else { 0.0 };
+            let [x, y] = *p;
+            found.level_m + found.tilt[0] * x + found.tilt[1] * y + crease + found.film.at(*p)
+        };
+        let errors = footprint.places.iter().map(|p| at(p) - height(*p));
+        (errors.sum::<f64>() / to_f64(footprint.places.len()), found.u_mean_m)
+    }
+
+    #[test]
+    fn a_plane_and_a_creased_plane_are_found() {
+        let (error, u) = off(|[x, y]| 0.7 + 0.03 * x - 0.01 * y, None, 1);
+        assert!(error.abs() < 2e-4 && u < 2e-4, "{error} {u}");
+        let line = Line::new(0.4, 0.1);
+        let creased = |[x, y]: [f64; 2]| match line.beyond(x, y) {
+            beyond if beyond > 0.0 => 0.03 + 0.05 * beyond,
+            _ => 0.0,
+        };
+        let (error, u) = off(creased, Some(line), 2);
+        assert!(error.abs() < 1e-3 && u < 1e-3, "{error} {u}");
+    }
+
+    #[test]
+    fn a_bowl_is_as_deep_as_its_rim_bends() {
+        let (error, u) = off(|[x, y]| 0.02 * (x * x + y * y), None, 3);
+        assert!(error.abs() < 1.2e-3 && error.abs() < 2.0 * u, "{error} {u}");
+    }
+
+    #[test]
+    fn the_uncertainty_holds_on_floors_that_waver_and_on_level_ones() {
+        let wave = |seed: u64, k: u64, [x, y]: [f64; 2]| {
+            let draw = |i: u64| uniform(100 * seed + 10 * k + i);
+            let (heading, number) = (TAU * draw(0), TAU / (2.0 * (0.7 + 0.7 * draw(1))));
+            (number * (x * heading.cos() + y * heading.sin()) + TAU * draw(2)).sin()
+        };
+        for (height, most) in [(0.0, 2e-4), (0.002, 1e-3)] {
+            let floor = |seed: u64| {
+                move |p: [f64; 2]| height * (0..4).map(|k| wave(seed, k, p)).sum::<f64>()
+            };
+            let all: Vec<(f64, f64)> = (0..60).map(|seed| off(floor(seed), None, seed)).collect();
+            let held = all.iter().filter(|(error, u)| error.abs() <= 2.0 * u).count();
+            let mean = (all.iter().map(|(error, _)| error * error).sum::<f64>() / 60.0).sqrt();
+            assert!(held >= 54, "{held} of 60 within u95 at waves of {height}");
+            assert!(mean < most, "{mean} at waves of {height}");
+        }
+    }
+}
