@@ -52,7 +52,7 @@ pub struct Base {
 /// What a base rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// A smooth surface through the ring of ground around the object.
+    /// What the ground around the object lets expect below it.
     Ring,
     /// The ring's height with the whole ground's tilt: the ring was seen on one side only.
     RingLevel,

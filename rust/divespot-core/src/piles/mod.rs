@@ -63,7 +63,7 @@ pub struct Settings {
     pub ring_share: f64,
     /// Cells this high above their base are the object's beyond doubt.
     pub margin_m: f64,
-    /// The base of every object; `None` for a smooth surface through the ring around each.
+    /// The base of every object; `None` for the one that the ground around each lets expect.
     pub base: Option<Base>,
     /// Further bases whose volumes are wanted for comparison.
     pub compared: Vec<Option<Base>>,
