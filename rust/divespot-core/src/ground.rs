@@ -30,6 +30,8 @@ const GENTLE: f64 = 0.1;
 const SLOPES_RAD: (f64, f64) = (0.26, 0.87);
 /// A plane on which this share of the surface lies as poured is half proven to be the ground.
 const HALF_PROVEN: f64 = 0.01;
+/// Of few places so many: the normals of single ones among sparse points may be anything.
+const FEWEST_PROVING: f64 = 10.0;
 /// What upright and level surfaces above the plane, and what points below weigh, against a point
 /// on it. The whole proof by poured material weighs as much as all points together.
 const SQUARE: f64 = 0.5;
@@ -94,11 +96,12 @@ fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -
         .filter(|n| plane.height(&n.at) > threshold_m)
         .map(|n| Slope::of(n, plane))
         .collect();
-    let poured = poured(&above, threshold_m) / to_f64(normals.len().max(1));
+    let poured = poured(&above, threshold_m);
+    let half = FEWEST_PROVING.max(HALF_PROVEN * to_f64(normals.len()));
     let square = above.iter().filter(|s| s.is_square()).count();
     let explained = share(on.len(), drawn.len())
         + SQUARE * share(square, normals.len())
-        + poured / (poured + HALF_PROVEN);
+        + poured / (poured + half);
     reach(plane, &on, drawn) * explained
         - BELOW * share(below(plane, &on, drawn, threshold_m), drawn.len())
         + UPRIGHT * plane.normal[2]
