@@ -100,13 +100,17 @@ pub(crate) fn grid((rows, columns): (usize, usize), origin_m: [f64; 2], cell_m: 
 }
 
 /// A height map, copied while attached.
-struct Map {
-    grid: Grid,
-    heights_m: Vec<f64>,
+pub(crate) struct Map {
+    pub(crate) grid: Grid,
+    pub(crate) heights_m: Vec<f64>,
 }
 
 impl Map {
-    fn new(heights_m: &PyReadonlyArray2<'_, f64>, origin_m: [f64; 2], cell_m: f64) -> Self {
+    pub(crate) fn new(
+        heights_m: &PyReadonlyArray2<'_, f64>,
+        origin_m: [f64; 2],
+        cell_m: f64,
+    ) -> Self {
         let heights = heights_m.as_array();
         Self {
             grid: grid(heights.dim(), origin_m, cell_m),
