@@ -30,9 +30,9 @@ pub struct Budget {
 /// it. Fused frames are each off by a little more than their mean; over simulated scans of every
 /// kind this share of the noise holds the rest of the error.
 const COMMON: f64 = 0.15;
-/// Relative standard uncertainty of a volume by the scale of its plan: a depth that is off by a
-/// part in a thousand, as a camera's few millimetres are, widens both of its sides so much.
-const SCALE: f64 = 0.002;
+/// Relative standard uncertainty of a volume by the scale of its three coordinates: half a part in a
+/// thousand of each, in common. Depth cameras and surveys are calibrated no better.
+const SCALE: f64 = 0.0015;
 
 impl Budget {
     /// Standard uncertainty of the volume.
