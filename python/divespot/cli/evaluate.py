@@ -43,7 +43,7 @@ SCHEMA = "divespot.evaluation/1"
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="first seed of each scene; 1000 and above were never used to choose anything",
+    help="first seed of each scene; 4000 and above were never used to choose anything",
 )
 @click.option(
     "--density",
