@@ -198,6 +198,8 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             "no thickness of convex slices suits all three piles within 2 %",
             held["convex"] == 0,
             f"{held['convex']} of {len(SLICES_M)} do, {held['concave']} with concave contours",
+            "At a certain thickness, what is missing from thin slices and what thick ones add "
+            "cancel; which one that is differs with the spacing of the points.",
         ),
         Finding(
             "the volume of an alpha shape hangs on alpha",
