@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot.clustering import hdbscan
-from divespot.errors import DivespotError
+from divespot.extras import extra
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,13 +42,7 @@ def _own(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDAr
 
 def _package(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
     """Cluster with the `hdbscan` package; clusters numbered by size."""
-    try:
-        from hdbscan import HDBSCAN  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DivespotError(
-            "cluster_backend is 'hdbscan', which is not installed: pip install divespot[hdbscan]"
-        ) from None
-    model = HDBSCAN(
+    model = extra("hdbscan", "hdbscan", "cluster_backend is 'hdbscan'").HDBSCAN(
         min_cluster_size=settings.min_cluster_size,
         min_samples=settings.min_samples,
         cluster_selection_epsilon=link_m,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from divespot.errors import DivespotError
+from divespot.extras import extra
 from divespot.numbers import rounded, with_uncertainty
 from divespot.settings import given
 
@@ -85,13 +86,7 @@ def figure_class() -> Any:  # noqa: ANN401 - matplotlib may be absent
         matplotlib is not installed.
 
     """
-    try:
-        from matplotlib.figure import Figure  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DivespotError(
-            "a picture needs matplotlib, which is not installed: pip install divespot[plot]"
-        ) from None
-    return Figure
+    return extra("matplotlib.figure", "plot", "a picture needs matplotlib").Figure
 
 
 def _title(report: Report, truth_m3: float | None) -> str:

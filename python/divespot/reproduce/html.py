@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from string import Template
 
-from divespot.errors import DivespotError
+from divespot.extras import extra
 
 FRAME = Template("""<!doctype html>
 <html lang="en">
@@ -37,11 +37,6 @@ def html(title: str, markdown: str) -> str:
         markdown-it-py is not installed.
 
     """
-    try:
-        from markdown_it import MarkdownIt  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DivespotError(
-            "the page needs markdown-it-py, which is not installed: pip install divespot[reproduce]"
-        ) from None
-    body = MarkdownIt("commonmark").enable("table").render(markdown)
+    markdown_it = extra("markdown_it", "reproduce", "the page needs markdown-it-py")
+    body = markdown_it.MarkdownIt("commonmark").enable("table").render(markdown)
     return FRAME.substitute(title=title, body=body)

@@ -8,6 +8,7 @@ import numpy as np
 
 from divespot._arguments import as_floats
 from divespot.errors import DivespotError
+from divespot.extras import extra
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -22,13 +23,7 @@ def spatial() -> Any:  # noqa: ANN401 - SciPy ships no types
         SciPy is not installed.
 
     """
-    try:
-        import scipy.spatial  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise DivespotError(
-            "this volume method needs SciPy, which is not installed: pip install divespot[methods]"
-        ) from None
-    return scipy.spatial
+    return extra("scipy.spatial", "methods", "this volume method needs SciPy")
 
 
 def simplices(points: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -1,0 +1,25 @@
+"""Packages that only extras bring, imported where they are used."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from divespot.errors import DivespotError
+
+
+def extra(module: str, name: str, need: str) -> Any:  # noqa: ANN401 - a module, which may be absent
+    """Return a module of the extra `name`.
+
+    Raises
+    ------
+    DivespotError
+        It is not installed; `need` says what it is needed for.
+
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        raise DivespotError(
+            f"{need}, which is not installed: pip install divespot[{name}]"
+        ) from None
