@@ -140,13 +140,12 @@ def _floors(floors: dict[str, Any]) -> Table:
 
 
 def _findings(areas: dict[str, Any], floors: dict[str, Any]) -> list[Finding]:
+    return [*_of_grounds(areas), *_of_floors(floors), _against_paper(areas)]
+
+
+def _of_grounds(areas: dict[str, Any]) -> list[Finding]:
     rows = areas.values()
     midpoints = [row["midpoint"] for row in rows]
-    plateaus, level = floors["plateaus"], floors["as it is"]
-    grounds = (paper.AREAS, paper.CAMERA_HEIGHT, paper.MIDPOINT)
-    theirs = [
-        row["local"] < min(ground[float(area)] for ground in grounds) for area, row in areas.items()
-    ]
     return [
         Finding(
             "the camera's measured height is a far worse ground than the peak",
@@ -166,6 +165,12 @@ def _findings(areas: dict[str, Any], floors: dict[str, Any]) -> list[Finding]:
             f"at most {percent(max(midpoints))}",
             "Small piles suffer most from a ground that is off by a millimetre.",
         ),
+    ]
+
+
+def _of_floors(floors: dict[str, Any]) -> list[Finding]:
+    plateaus, level = floors["plateaus"], floors["as it is"]
+    return [
         Finding(
             "a floor of several plateaus makes the peak worse",
             plateaus["peak"] > level["peak"],
@@ -178,14 +183,21 @@ def _findings(areas: dict[str, Any], floors: dict[str, Any]) -> list[Finding]:
             "The plateaus under a pile need not be centred on those of the whole floor, and the "
             "plane was fitted to one or through several of them before.",
         ),
-        Finding(
-            "`Settings()` is closer than the paper with any ground on every area",
-            all(theirs),
-            f"{sum(theirs)} of {len(theirs)}",
-            "What a camera that measures too far adds is in every volume; the paper's factor is "
-            "calibrated against it, and `Settings()` has none.",
-        ),
     ]
+
+
+def _against_paper(areas: dict[str, Any]) -> Finding:
+    grounds = (paper.AREAS, paper.CAMERA_HEIGHT, paper.MIDPOINT)
+    theirs = [
+        row["local"] < min(ground[float(area)] for ground in grounds) for area, row in areas.items()
+    ]
+    return Finding(
+        "`Settings()` is closer than the paper with any ground on every area",
+        all(theirs),
+        f"{sum(theirs)} of {len(theirs)}",
+        "What a camera that measures too far adds is in every volume; the paper's factor is "
+        "calibrated against it, and `Settings()` has none.",
+    )
 
 
 EXPERIMENT = Experiment("grounds", section, needs)
