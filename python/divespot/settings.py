@@ -168,7 +168,7 @@ class Settings:
         A length is a multiple of the point spacing; of the roughness, where the sensor's noise
         is the coarser of the two.
         """
-        spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
+        spacing = _spacing(survey)
         enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
         few = points < enough and self.surface != "cells"
         cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
@@ -221,12 +221,17 @@ class Settings:
 
 def ground_lengths(survey: Survey) -> dict[str, float]:
     """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
-    spacing = survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
+    spacing = _spacing(survey)
     roughness = _rounded(survey.roughness_m)
     return {
-        "plane_threshold_m": max(1.5 * spacing, 4.0 * roughness),
+        "plane_threshold_m": max(1.5 * spacing, SIGMAS * roughness),
         "bin_m": max(roughness, spacing / 8.0),
     }
+
+
+def _spacing(survey: Survey) -> float:
+    """Return the spacing that lengths are multiples of; a raster has exactly its own."""
+    return survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
 
 
 def _rounded(length_m: float) -> float:

@@ -30,6 +30,6 @@ def drop_strays(
     rough = settings.flattened(flatness(found, settings))
     pose = find_pose(points, found, rough)
     level = pose.level(points, settings.threads)
-    kept: NDArray[np.float64] = points[_native.surface_mask(level, settings.threads)]
+    kept = points.compress(_native.surface_mask(level, settings.threads), axis=0)
     again = survey(kept, seed=settings.seed, threads=settings.threads)
     return kept, again, settings.flattened(flatness(again, settings))

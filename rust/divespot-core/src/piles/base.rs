@@ -118,8 +118,7 @@ impl Base {
         if self.kind != Kind::Ground || ring.len() < FEWEST {
             return self;
         }
-        let local: Vec<[f64; 3]> =
-            ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
+        let local = about(center_m, ring);
         let off: Vec<f64> = ring.iter().map(|p| p[2] - self.at([p[0], p[1]])).collect();
         let levels = Sectors::of(&local).medians(&off).iter().map(|level| level.abs()).collect();
         Self { u_level_m: self.u_level_m.max(median(levels)), ..self }
@@ -144,11 +143,7 @@ impl Base {
 
     /// The base under a footprint that the `ground` around it lets expect.
     pub(crate) fn with_waves(self, ground: &[[f64; 3]], footprint: &Footprint) -> Self {
-        let flat = |p: &[f64; 3]| {
-            let [x, y] = [p[0] - self.center_m[0], p[1] - self.center_m[1]];
-            [x, y, p[2] - self.crease.map_or(0.0, |crease| crease.at(x, y))]
-        };
-        let nodes = Nodes::of(&ground.iter().map(flat).collect::<Vec<_>>());
+        let nodes = Nodes::of(&uncreased(self.crease, about(self.center_m, ground)));
         let points = nodes.points();
         let sectors = Sectors::of(&points);
         let Some(plane) = robust_plane(&points, &sectors, self.kind) else { return self };
@@ -176,14 +171,11 @@ impl Base {
         if ring.len() < FEWEST {
             return None;
         }
-        let mut local: Vec<[f64; 3]> =
-            ring.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect();
+        let local = about(center_m, ring);
         let sectors = Sectors::of(&local);
         let kind = if sectors.widest_gap() < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
         let crease = if kind == Kind::Ring { Crease::found(&local, cell_m) } else { None };
-        if let Some(crease) = crease {
-            local.iter_mut().for_each(|p| p[2] -= crease.at(p[0], p[1]));
-        }
+        let local = uncreased(crease, local);
         let plane = robust_plane(&local, &sectors, kind)?;
         let mut off = residuals(&local, &plane);
         let noise_m = scale(off.iter().copied());
@@ -209,6 +201,19 @@ impl Base {
 
 pub(crate) fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
     plane[0] + plane[1] * p[0] + plane[2] * p[1]
+}
+
+/// Cells with their places about a centre.
+fn about(center_m: [f64; 2], cells: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    cells.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect()
+}
+
+/// Cells about a centre with the ground's crease, if there is one, taken off.
+fn uncreased(crease: Option<Crease>, mut local: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    if let Some(crease) = crease {
+        local.iter_mut().for_each(|p| p[2] -= crease.at(p[0], p[1]));
+    }
+    local
 }
 
 fn residuals(local: &[[f64; 3]], plane: &Vector3<f64>) -> Vec<f64> {

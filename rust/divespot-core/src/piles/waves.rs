@@ -147,9 +147,14 @@ impl<'a> Waves<'a> {
         if self.line.is_some() { PLANE + 2 } else { PLANE }
     }
 
+    /// What a unit of a slope's amplitude rises by in a metre.
+    fn slope(&self) -> f64 {
+        if self.tilted { 1.0 / self.footprint.size_m } else { 0.0 }
+    }
+
     /// Level, slopes, step and fold, and the cosines at a place.
     fn columns(&self, p: [f64; 2]) -> Vec<f64> {
-        let slope = if self.tilted { 1.0 / self.footprint.size_m } else { 0.0 };
+        let slope = self.slope();
         let mut columns = vec![1.0, slope * p[0], slope * p[1]];
         if let Some(line) = self.line {
             let beyond = line.beyond(p[0], p[1]);
@@ -190,7 +195,7 @@ impl<'a> Waves<'a> {
         let height = |p: [f64; 2]| {
             self.columns(p)[fields..].iter().zip(&waves).map(|(value, wave)| value * wave).sum()
         };
-        let slope = if self.tilted { 1.0 / self.footprint.size_m } else { 0.0 };
+        let slope = self.slope();
         Some(Expected {
             level_m: amplitude(0),
             tilt: [1, 2].map(|i| slope * amplitude(i)),
