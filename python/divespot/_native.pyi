@@ -15,6 +15,7 @@ __all__ = [
     "hdbscan",
     "height_histogram",
     "height_map",
+    "hills",
     "integrate",
     "measure_inside",
     "measure_objects",
@@ -26,8 +27,8 @@ __all__ = [
     "seen",
     "surface_base",
     "surface_mask",
+    "surface_points",
     "survey",
-    "terrain",
     "voxel_downsample",
 ]
 
@@ -46,9 +47,12 @@ def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
-def terrain(
-    heights_m: NDArray[np.float64], cell_m: float, level_m: float, near_m: float
-) -> tuple[NDArray[np.float64], float]: ...
+def surface_points(
+    points: NDArray[Any], cell_m: float, noise_m: float, threads: int
+) -> NDArray[np.bool_]: ...
+def hills(
+    heights_m: NDArray[np.float64], cell_m: float
+) -> tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]: ...
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
@@ -167,8 +171,8 @@ def surface_base(
     noise_m: float,
 ) -> RawBase: ...
 
-_Measuring: TypeAlias = tuple[
-    int, float, float, tuple[float, float, float], Sequence[RawBase | None]
+Measuring: TypeAlias = tuple[
+    int, float, float, tuple[float, float, float], tuple[int, int], Sequence[RawBase | None]
 ]
 
 def measure_objects(
@@ -176,13 +180,15 @@ def measure_objects(
     origin_m: Sequence[float],
     cell_m: float,
     labels: NDArray[np.int32],
-    measuring: _Measuring,
+    ground: NDArray[np.bool_],
     points: NDArray[np.float64],
+    is_on: NDArray[np.bool_],
+    measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def measure_inside(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
     regions: Sequence[Sequence[Sequence[Sequence[float]]]],
-    measuring: _Measuring,
+    measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...

@@ -11,7 +11,7 @@ mod neighbors;
 mod piles;
 mod plane;
 mod points;
-mod terrain;
+mod surface;
 mod voxel;
 
 /// The compiled kernels of divespot.
@@ -36,7 +36,7 @@ mod _native {
     #[pymodule_export]
     use crate::points::seen;
     #[pymodule_export]
-    use crate::terrain::terrain;
+    use crate::surface::{hills, surface_points};
     #[pymodule_export]
     use crate::voxel::voxel_downsample;
 
