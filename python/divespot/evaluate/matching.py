@@ -8,8 +8,8 @@ import numpy as np
 
 from divespot.evaluate.outcome import Extra, PileOutcome
 from divespot.simulate import FLYING, GROUND, STRAY, THING
-from divespot.simulate.camera import foot_z_m
-from divespot.simulate.solids import solids_of
+from divespot.simulate.thing_solids import foot_z_m, solids_of
+from divespot.simulate.things import Hanging
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,6 +100,6 @@ def _thing_at(taken: SimulatedScan, points: NDArray[np.float64]) -> str:
         for frame in range(taken.scene.camera.frames):
             for solid in solids_of(thing, frame, foot_z_m(thing, frame, taken.surface)):
                 count = int(solid.covers(points[:, 0], points[:, 1]).sum())
-                name = type(thing).__name__.lower()
+                name = thing.what if isinstance(thing, Hanging) else type(thing).__name__.lower()
                 covered[name] = max(covered.get(name, 0), count)
     return max(covered, key=lambda name: covered[name])

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
+from divespot.simulate.ghosts import Ghosts
 from divespot.simulate.pose import rotation
-from divespot.simulate.scene import Camera, Person, Scene, Thing, Wall
-from divespot.simulate.solids import Solid, place_of, solids_of
+from divespot.simulate.thing_solids import foot_z_m, solids_of
 from divespot.simulate.trace import meet_surface
 
 if TYPE_CHECKING:
+    from divespot.simulate.scene import Camera, Scene
+    from divespot.simulate.solids import Solid
     from divespot.simulate.surface import Surface
 
 Array = NDArray[np.float64]
@@ -89,18 +91,6 @@ def look(scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
     return View(distance_m, label)
 
 
-def foot_z_m(thing: Thing, frame: int, surface: Surface) -> float:
-    """Height of the floor under the middle of a thing."""
-    match thing:
-        case Person():
-            x, y = place_of(thing, frame)
-        case Wall():
-            x, y = ((a + b) / 2 for a, b in zip(thing.start_m, thing.end_m, strict=True))
-        case _:
-            x, y = thing.center_m
-    return surface.floor_z(x, y)
-
-
 def _facing(solid: Solid, origin: Array, directions: Array) -> NDArray[np.intp]:
     """Pixels whose ray comes near a solid, so that most need not be tried."""
     middle, radius_m = solid.ball()
@@ -148,6 +138,14 @@ def fly(view: View, camera: Camera, rng: np.random.Generator) -> tuple[Array, La
     return distance_m, label
 
 
+def _with_ghosts(
+    view: View, ghosts: Ghosts, origin: Array, directions: Array, rng: np.random.Generator
+) -> View:
+    distance_m = ghosts.along(view.distance_m, origin, directions, rng)
+    own = distance_m == view.distance_m
+    return View(distance_m, np.where(own, view.label, np.int16(STRAY)))
+
+
 def frame_points(
     scene: Scene, surface: Surface, frame: int, directions: Array, seeds: tuple[int, int]
 ) -> tuple[Array, Labels]:
@@ -158,6 +156,9 @@ def frame_points(
     seed, repeat = seeds
     camera = scene.camera
     view = look(scene, surface, frame, directions)
+    if scene.ghosts != Ghosts():
+        rng = stream(seed, f"{scene.name} ghosts", repeat, frame)
+        view = _with_ghosts(view, scene.ghosts, lens(camera, frame), directions, rng)
     noise = stream(seed, f"{scene.name} noise", repeat, frame)
     distance_m, seen_along, label = measure(view, camera, noise, directions)
     rng = stream(seed, f"{scene.name} registration", repeat, frame)

@@ -14,7 +14,8 @@ from divespot.errors import DivespotError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from divespot.simulate.scene import Pile, Wall
+    from divespot.simulate.scene import Pile
+    from divespot.simulate.things import Wall
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,8 @@ Scene frame: metres, x along the camera's rail, y across it, z up, the floor's m
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TYPE_CHECKING
 
 from divespot.simulate.checks import (
     require,
@@ -15,10 +14,11 @@ from divespot.simulate.checks import (
     require_positive,
     require_share,
 )
+from divespot.simulate.ghosts import Ghosts
 from divespot.simulate.pose import Pose
 
-XY: TypeAlias = tuple[float, float]
-XYZ: TypeAlias = tuple[float, float, float]
+if TYPE_CHECKING:
+    from divespot.simulate.things import XY, Thing
 
 
 @dataclass(frozen=True)
@@ -115,72 +115,6 @@ class Pile:
 
 
 @dataclass(frozen=True)
-class Wall:
-    """An upright wall from one point to another in plan.
-
-    With `leaned_on`, piles that reach it are cut at its face; such a wall runs along x or y.
-    """
-
-    start_m: XY
-    end_m: XY
-    height_m: float = 1.0
-    thickness_m: float = 0.1
-    leaned_on: bool = False
-
-    def __post_init__(self) -> None:
-        require_positive(self, "height_m", "thickness_m")
-        spans = [b != a for a, b in zip(self.start_m, self.end_m, strict=True)]
-        require(any(spans), f"a wall starts and ends at {self.start_m}; two points are needed")
-        require(
-            not (self.leaned_on and all(spans)),
-            "a wall that piles lean on runs askew; it must run along x or along y",
-        )
-
-
-@dataclass(frozen=True)
-class Rod:
-    """A thin upright cylinder, such as a support of the rail."""
-
-    center_m: XY
-    radius_m: float = 0.02
-    height_m: float = 1.45
-
-    def __post_init__(self) -> None:
-        require_positive(self, "radius_m", "height_m")
-
-
-@dataclass(frozen=True)
-class Box:
-    """A sharp-edged box standing on the floor."""
-
-    center_m: XY
-    size_m: XYZ
-    heading_deg: float = 0.0
-
-    def __post_init__(self) -> None:
-        require(
-            all(math.isfinite(side) and side > 0 for side in self.size_m),
-            f"Box.size_m is {self.size_m}; three numbers above 0 are needed",
-        )
-
-
-@dataclass(frozen=True)
-class Person:
-    """Someone who passes: in sight during the given frames only, one stride further in each."""
-
-    center_m: XY
-    stride_m: XY = (0.25, 0.0)
-    frames: tuple[int, ...] = (0,)
-    height_m: float = 1.75
-
-    def __post_init__(self) -> None:
-        require_positive(self, "height_m")
-
-
-Thing: TypeAlias = Wall | Rod | Box | Person
-
-
-@dataclass(frozen=True)
 class Camera:
     """A depth camera that takes frames along a straight rail above y = `offset_m`.
 
@@ -274,6 +208,8 @@ class Scene:
         Edge of the voxels in which the frames' points are averaged; 0 keeps every point.
     strip_m
         Length and width of the measured strip, about the origin, that the piles must lie in.
+    ghosts
+        Returns that come from no surface.
     name
         Part of what random draws start from, so that two names differ at the same seed.
     """
@@ -286,6 +222,7 @@ class Scene:
     unit_m: float = 1.0
     fuse_voxel_m: float = 0.0032
     strip_m: XY | None = None
+    ghosts: Ghosts = field(default_factory=Ghosts)
     name: str = ""
 
     def __post_init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,12 @@ from numpy.typing import NDArray
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
 from divespot.simulate.heap import heap, plan, radius_of_cone
-from divespot.simulate.scene import Pile, Scene, Thing, Wall
-from divespot.simulate.solids import solids_of
 from divespot.simulate.surface import Surface, axes, floor_heights
+from divespot.simulate.thing_solids import solids_of
+from divespot.simulate.things import Hanging, Person, RoundWall, Thing, Wall
+
+if TYPE_CHECKING:
+    from divespot.simulate.scene import Pile, Scene
 
 Array = NDArray[np.float64]
 
@@ -80,11 +84,20 @@ def _require_clear(scene: Scene, surface: Surface) -> None:
             f"a pile reaches beyond the strip of {strip_m} m; a larger strip is needed"
         )
     for thing in scene.things:
-        if isinstance(thing, Wall) and thing.leaned_on:
-            continue
-        if _covered(thing, scene.camera.frames, x, y):
+        if not _may_meet(thing) and _covered(thing, scene.camera.frames, x, y):
             raise DivespotError(f"a pile reaches into {thing}; move one of them")
     _require_held(scene, surface)
+
+
+def _may_meet(thing: Thing) -> bool:
+    """Return whether a thing may be where a pile is."""
+    match thing:
+        case Wall():
+            return thing.leaned_on
+        case Person():
+            return thing.on_pile
+        case _:
+            return isinstance(thing, Hanging | RoundWall)
 
 
 def _covered(thing: Thing, frames: int, x: Array, y: Array) -> bool:
