@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from divespot.simulate import STRAY, THING, RoundWall, SimulatedScan, Wall, scan
+from divespot.simulate import STRAY, THING, RoundWall, SimulatedScan, Wall, scan, scene_named
 from divespot.simulate.families import FAMILIES, OF_KIND
+from divespot.simulate.terrain import terrain
 from divespot.simulate.thing_solids import solids_of
 
 if TYPE_CHECKING:
@@ -88,3 +90,52 @@ def test_the_truth_is_the_integral_of_the_surface(name: str) -> None:
 def test_something_is_over_the_pile(name: str) -> None:
     label = STRAY if name == "over-rain" else THING
     assert max(over_piles(taken(name, seed), label) for seed in (2, 3)) > 20
+
+
+@pytest.mark.parametrize("name", sorted(set(OF_KIND["walls"]) - {"walls-bench"}))
+def test_the_pile_meets_a_wall(name: str) -> None:
+    one = taken(name)
+    surface = one.surface
+    rows, columns = np.nonzero(surface.height_m > 0.1 * surface.height_m.max())
+    x, y = surface.x[columns], surface.y[rows]
+    assert 0.01 < np.mean(in_walls(one, x, y)) < 0.3
+    walls = one.in_scene()[one.labels == THING]
+    assert np.count_nonzero(walls[:, 2] > 0.5 * surface.height_m.max()) > 50
+
+
+def test_the_pile_lies_on_the_face_of_the_bench() -> None:
+    surface = taken("walls-bench").surface
+    under_m = surface.ground_m[surface.owner == 1]
+    assert under_m.min() == 0.0
+    assert 0.1 < under_m.max() / surface.height_m.max() < 1.5
+    assert surface.ground_m.max() > surface.height_m.max()
+
+
+def test_the_wedge_fills_its_bay_from_wall_to_wall() -> None:
+    surface = taken("walls-wedge").surface
+    row = surface.height_m[np.argmax(surface.height_m.sum(axis=1))]
+    filled = row > 0.9 * row.max()
+    assert np.count_nonzero(filled) > 0.8 * np.count_nonzero(row)
+
+
+def test_a_round_wall_cuts_the_truth() -> None:
+    one = taken("walls-round")
+    (wall,) = one.scene.things
+    assert isinstance(wall, RoundWall)
+    at = one.in_scene()[one.labels == 1]
+    away_m = np.hypot(*(at[:, :2] - wall.center_m).T)
+    assert away_m.max() == pytest.approx(wall.radius_m, rel=0.03)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_loader_leaves_a_face_steeper_than_the_material_lies(seed: int) -> None:
+    scene = scene_named("cut-face", seed)
+    (pile,) = scene.piles
+    assert pile.cut is not None
+    scene = replace(scene, piles=(replace(pile, roughness_m=0.0),))
+    surface, (volume_m3,) = terrain(scene, seed)
+    assert volume_m3 == pytest.approx(pile.volume_m3, rel=1e-9)
+    slope = np.degrees(np.arctan(np.hypot(*np.gradient(surface.height_m, surface.node_m))))
+    steep = slope > pile.repose_deg + 5
+    assert np.count_nonzero(steep) > 200
+    assert np.percentile(slope[steep], 75) == pytest.approx(pile.cut.face_deg, abs=1.5)

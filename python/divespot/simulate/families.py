@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from divespot.simulate.over import BODY, OVER
 from divespot.simulate.varied import VARIED
+from divespot.simulate.walls import CUT, WALLS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from divespot.simulate.shapes import Maker
 
 OF_KIND: Mapping[str, Mapping[str, Maker]] = MappingProxyType(
-    {"varied": VARIED, "over": OVER, "body": BODY}
+    {"varied": VARIED, "over": OVER, "body": BODY, "walls": WALLS, "cut": CUT}
 )
 """What makes the scenes of each kind, by name."""
 FAMILIES: Mapping[str, Maker] = MappingProxyType(

@@ -18,6 +18,7 @@ from divespot.simulate.ghosts import Ghosts
 from divespot.simulate.pose import Pose
 
 if TYPE_CHECKING:
+    from divespot.simulate.level import Level
     from divespot.simulate.things import XY, Thing
 
 
@@ -41,6 +42,8 @@ class Floor:
         Height by which the floor rises in the line x = `edge_m`.
     edge_m
         Where fold and step lie.
+    levels
+        Parts that lie higher or lower.
     """
 
     length_m: float = 3.5
@@ -52,6 +55,7 @@ class Floor:
     fold_deg: float = 0.0
     step_m: float = 0.0
     edge_m: float = 0.0
+    levels: tuple[Level, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self, "length_m", "width_m", "node_m", "wave_length_m")
@@ -63,6 +67,31 @@ class Floor:
         require(
             nodes <= 2e7,
             f"a floor of {nodes:.0f} nodes was asked for; up to 20 million fit, raise Floor.node_m",
+        )
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A plane face that a loader left, steeper than the material would lie.
+
+    Parameters
+    ----------
+    heading_deg
+        Which way it faces, from x.
+    toe
+        How far its toe lies from the middle of the pile, in radii of the cone of the same volume.
+    face_deg
+        Angle of the face.
+    """
+
+    heading_deg: float = 0.0
+    toe: float = 0.5
+    face_deg: float = 70.0
+
+    def __post_init__(self) -> None:
+        require(
+            0 < self.face_deg < 88,
+            f"Cut.face_deg is {self.face_deg}; an angle above 0 and below 88 is needed",
         )
 
 
@@ -92,6 +121,10 @@ class Pile:
         Direction of the ridges and of the longer spread, from x; random if not given.
     roughness_m, grain_m
         Standard deviation and correlation length of the surface's roughness.
+    skew_deg
+        Largest angle by which each ridge departs from the heading.
+    cut
+        The face that a loader left of it.
     """
 
     volume_m3: float
@@ -103,6 +136,8 @@ class Pile:
     heading_deg: float | None = None
     roughness_m: float = 0.001
     grain_m: float = 0.008
+    skew_deg: float = 15.0
+    cut: Cut | None = None
 
     def __post_init__(self) -> None:
         require_positive(self, "volume_m3", "grain_m")
