@@ -9,8 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from divespot.simulate import STRAY, THING, RoundWall, SimulatedScan, Wall, scan, scene_named
+from divespot.errors import DivespotError
+from divespot.simulate import (
+    GROUND,
+    STRAY,
+    THING,
+    RoundWall,
+    SimulatedScan,
+    Wall,
+    scan,
+    scene_named,
+)
 from divespot.simulate.families import FAMILIES, OF_KIND
+from divespot.simulate.level import Level
 from divespot.simulate.terrain import terrain
 from divespot.simulate.thing_solids import solids_of
 
@@ -139,3 +150,46 @@ def test_a_loader_leaves_a_face_steeper_than_the_material_lies(seed: int) -> Non
     steep = slope > pile.repose_deg + 5
     assert np.count_nonzero(steep) > 200
     assert np.percentile(slope[steep], 75) == pytest.approx(pile.cut.face_deg, abs=1.5)
+
+
+NOT_LEVEL = {"levels-slope", "levels-rolling"}
+
+
+@pytest.mark.parametrize("name", sorted(set(OF_KIND["levels"]) - NOT_LEVEL))
+def test_every_level_is_seen_and_up_is_z(name: str) -> None:
+    one = taken(name)
+    (level,) = one.scene.floor.levels
+    ground_m = one.surface.ground_m
+    assert np.ptp(ground_m) == pytest.approx(abs(level.rise_m), rel=1e-6)
+    floor = one.in_scene()[one.labels == GROUND]
+    at_level = np.abs(floor[:, 2] - level.rise_m) < 0.1 * abs(level.rise_m)
+    assert np.count_nonzero(at_level) > 5
+    assert np.count_nonzero(~at_level) > 300
+    assert one.up[2] > 0.99
+    if name == "levels-pit-alone":
+        assert one.volumes_m3 == ()
+    elif name == "levels-step":
+        assert np.ptp(ground_m[one.surface.owner == 1]) == pytest.approx(level.rise_m)
+    for number in range(1, len(one.volumes_m3) + 1):
+        if not level.under_piles:
+            assert np.ptp(ground_m[one.surface.owner == number]) == 0.0
+
+
+def test_a_pile_on_a_face_needs_a_level_that_lets_it() -> None:
+    scene = scene_named("levels-step", 1)
+    levels = tuple(replace(level, under_piles=False) for level in scene.floor.levels)
+    with pytest.raises(DivespotError, match="pile 1 lies on the face of a level"):
+        scan(replace(scene, floor=replace(scene.floor, levels=levels)), density=DENSITY)
+
+
+def test_a_level_rises_at_the_angle_of_its_face() -> None:
+    x = np.linspace(-2, 2, 401)
+    for rounded in (False, True):
+        level = Level((0.5, 0.0), (1.0, 1.0), -0.3, 30.0, rounded=rounded)
+        heights_m = level.heights(x, np.zeros(1))
+        slope = np.gradient(heights_m, x)
+        assert heights_m.min() == pytest.approx(-0.3)
+        assert np.abs(slope).max() == pytest.approx(np.tan(np.radians(30.0)))
+        assert np.all(heights_m[(x < -0.5) | (x > 1.5)] == 0)
+    with pytest.raises(DivespotError, match="face_deg is 90"):
+        Level((0.0, 0.0), (1.0, 1.0), 1.0, 90.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from divespot.simulate.levels import LEVELS
 from divespot.simulate.over import BODY, OVER
 from divespot.simulate.varied import VARIED
 from divespot.simulate.walls import CUT, WALLS
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from divespot.simulate.shapes import Maker
 
 OF_KIND: Mapping[str, Mapping[str, Maker]] = MappingProxyType(
-    {"varied": VARIED, "over": OVER, "body": BODY, "walls": WALLS, "cut": CUT}
+    {"varied": VARIED, "over": OVER, "body": BODY, "walls": WALLS, "cut": CUT, "levels": LEVELS}
 )
 """What makes the scenes of each kind, by name."""
 FAMILIES: Mapping[str, Maker] = MappingProxyType(
