@@ -24,6 +24,7 @@ from divespot.simulate.families import FAMILIES, OF_KIND
 from divespot.simulate.level import Level
 from divespot.simulate.terrain import terrain
 from divespot.simulate.thing_solids import solids_of
+from divespot.simulate.tripod import Tripod
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 DENSITY = 0.03
 FEW_BODIES = ("body-01", "body-17")
-TRIED = [name for name in FAMILIES if not name.startswith("body") or name in FEW_BODIES]
+TRIED = [name for name in FAMILIES if not name.startswith("body-") or name in FEW_BODIES]
 
 
 @cache
@@ -193,3 +194,60 @@ def test_a_level_rises_at_the_angle_of_its_face() -> None:
         assert np.all(heights_m[(x < -0.5) | (x > 1.5)] == 0)
     with pytest.raises(DivespotError, match="face_deg is 90"):
         Level((0.0, 0.0), (1.0, 1.0), 1.0, 90.0)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_tripod_sees_little_of_what_is_far_and_nothing_behind_the_pile(seed: int) -> None:
+    one = taken("scan-tripod", seed)
+    scanner = one.scene.camera
+    assert isinstance(scanner, Tripod)
+    at = one.in_scene()[one.labels == GROUND]
+    away_m = np.linalg.norm(at[:, None, :2] - np.array(scanner.stations_m), axis=2).min(axis=1)
+    near = np.count_nonzero(away_m < 4.0) / (np.pi * 4.0**2)
+    far_m = np.percentile(away_m, 99)
+    far = np.count_nonzero(away_m > 0.7 * far_m) / (np.pi * far_m**2)
+    assert near > 50 * far
+    assert scanner.height_m < one.surface.height_m.max()
+
+
+def test_what_a_tripod_sees_lies_on_the_surface() -> None:
+    scene = scene_named("scan-tripod", 2)
+    still = replace(scene.camera, shift_m=0.0, turn_deg=0.0, pixels=(200, 60))
+    quiet = replace(still, noise_m=0.0, flying_share=0.0, stray_share=0.0)
+    one = scan(replace(scene, camera=quiet), seed=2)
+    x, y, z = one.in_scene().T
+    np.testing.assert_allclose(z, one.surface.z(x, y), rtol=0, atol=1e-4 * one.surface.node_m)
+    with pytest.raises(DivespotError, match="stations_m holds 2 places; 3 are needed"):
+        Tripod(frames=3, stations_m=((0.0, 0.0), (1.0, 0.0)))
+
+
+def test_points_are_given_several_times() -> None:
+    for seed in (2, 3, 4):
+        one = taken("scan-twice", seed)
+        _, counts = np.unique(one.points, axis=0, return_counts=True)
+        assert counts.max() == one.scene.copies > 1
+        assert np.mean(counts == one.scene.copies) > 0.15
+
+
+def test_few_points_are_left() -> None:
+    counts = [np.count_nonzero(taken("scan-few", seed).labels == 1) for seed in range(8)]
+    assert min(counts) < 300
+    assert all(50 < count < 3000 for count in counts)
+
+
+def test_a_wet_floor_mirrors_what_stands_on_it() -> None:
+    one = taken("below-mirror")
+    at = one.in_scene()[one.labels == STRAY]
+    low = at[at[:, 2] < -0.1 * one.surface.height_m.max()]
+    above_m = one.surface.z(low[:, 0], low[:, 1])
+    mirrored = np.abs(low[:, 2] + above_m) < 0.1 * one.surface.height_m.max()
+    assert np.count_nonzero(mirrored) > 0.5 * np.count_nonzero(above_m > 0) > 3
+
+
+def test_points_lie_far_below_the_floor_and_behind_the_surface() -> None:
+    one = taken("below-strays")
+    below_m = -one.in_scene()[one.labels == STRAY][:, 2]
+    deep = np.count_nonzero(below_m > 0.7 * one.scene.ghosts.low_m)
+    assert deep >= one.scene.ghosts.low_points
+    behind = (below_m > 0.02 * one.surface.height_m.max()) & (below_m < one.scene.ghosts.low_m)
+    assert np.count_nonzero(behind) > 5

@@ -15,6 +15,7 @@ from divespot.simulate.ghosts import Ghosts
 from divespot.simulate.pose import rotation
 from divespot.simulate.thing_solids import foot_z_m, solids_of
 from divespot.simulate.trace import meet_surface
+from divespot.simulate.tripod import Tripod
 
 if TYPE_CHECKING:
     from divespot.simulate.scene import Camera, Scene
@@ -32,6 +33,8 @@ EDGE_SHARE = 0.02
 
 def lens(camera: Camera, frame: int) -> Array:
     """(3,) place of the lens in the scene."""
+    if isinstance(camera, Tripod):
+        return camera.lens(frame)
     share = frame / (camera.frames - 1) - 0.5 if camera.frames > 1 else 0.0
     return np.array([share * camera.rail_m, camera.offset_m, camera.height_m])
 
@@ -43,6 +46,8 @@ def optical_axes(camera: Camera) -> Array:
 
 def rays(camera: Camera) -> Array:
     """(rows * columns, 3) unit vectors through the middles of the pixels, in the scene."""
+    if isinstance(camera, Tripod):
+        return camera.rays()
     columns, rows = (
         math.tan(math.radians(fov) / 2) * ((2 * np.arange(n) + 1) / n - 1)
         for n, fov in zip(camera.pixels, camera.fov_deg, strict=True)

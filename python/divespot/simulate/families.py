@@ -5,6 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from divespot.simulate.below import BELOW
+from divespot.simulate.densities import DENSITIES
 from divespot.simulate.levels import LEVELS
 from divespot.simulate.over import BODY, OVER
 from divespot.simulate.varied import VARIED
@@ -16,7 +18,16 @@ if TYPE_CHECKING:
     from divespot.simulate.shapes import Maker
 
 OF_KIND: Mapping[str, Mapping[str, Maker]] = MappingProxyType(
-    {"varied": VARIED, "over": OVER, "body": BODY, "walls": WALLS, "cut": CUT, "levels": LEVELS}
+    {
+        "varied": VARIED,
+        "over": OVER,
+        "body": BODY,
+        "below": BELOW,
+        "walls": WALLS,
+        "cut": CUT,
+        "levels": LEVELS,
+        "scan": DENSITIES,
+    }
 )
 """What makes the scenes of each kind, by name."""
 FAMILIES: Mapping[str, Maker] = MappingProxyType(

@@ -12,9 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from divespot.simulate.level import Level
-from divespot.simulate.pose import Pose
-from divespot.simulate.shapes import unlevelled
-from divespot.simulate.site import Site
+from divespot.simulate.site import Site, upright
 from divespot.simulate.varied import REACH, above, in_form, log_uniform, poured, seen
 
 if TYPE_CHECKING:
@@ -28,8 +26,6 @@ if TYPE_CHECKING:
 
 ENDLESS = 1e3
 """Half the length of a level that has no other end in sight, in radii of a pile."""
-SURVEYED_M = 1.5
-"""Radius of piles from which on they are surveyed in projected coordinates."""
 
 
 def terrace(rng: np.random.Generator) -> Scene:
@@ -178,15 +174,7 @@ def _yard(
     camera = at.seen_from(at.camera.height_m + highest_m).camera
     scene = seen(tuple(piles), (), camera, strip_m, rng)
     floor = replace(scene.floor, levels=levels)
-    return replace(scene, floor=floor, pose=_upright(size_m, rng))
-
-
-def _upright(size_m: float, rng: np.random.Generator) -> Pose:
-    """Draw a pose whose z is up but for a few degrees: that of a survey where piles are large."""
-    if size_m < SURVEYED_M:
-        return unlevelled(rng)
-    x, y, z = rng.uniform((3e5, 2e5, 0.0), (7e5, 8e6, 900.0))
-    return Pose(yaw_deg=rng.uniform(0, 360), shift_m=(x, y, z))
+    return replace(scene, floor=floor, pose=upright(size_m, rng))
 
 
 LEVELS: Mapping[str, Maker] = MappingProxyType(

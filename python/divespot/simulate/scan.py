@@ -114,6 +114,7 @@ def scan(
     )
     below = stream(seed, f"{scene.name} below", repeat)
     points, labels = _with_low(points, labels, scene, surface, below)
+    points, labels = _sampled(points, labels, scene, stream(seed, f"{scene.name} sampling", repeat))
     points = (points @ pose[:3, :3].T + pose[:3, 3]) / scene.unit_m
     points, labels = _with_invalid(
         points, labels, scene, stream(seed, f"{scene.name} invalid", repeat)
@@ -166,6 +167,18 @@ def _with_low(
     raised = (labels > GROUND) | (labels == THING)
     low = scene.ghosts.below(points[raised], points[labels == GROUND], surface, rng)
     return _append(points, low, labels, STRAY)
+
+
+def _sampled(
+    points: Array, labels: Labels, scene: Scene, rng: np.random.Generator
+) -> tuple[Array, Labels]:
+    """Repeat points, then leave some of them, in their order."""
+    number = np.arange(len(points))
+    again = number[points[:, 0] > scene.copied_beyond_m]
+    number = np.concatenate([number, *[again] * (scene.copies - 1)])
+    if scene.most_points is not None and scene.most_points < len(number):
+        number = number[np.sort(rng.permutation(len(number))[: scene.most_points])]
+    return points[number], labels[number]
 
 
 def _with_invalid(

@@ -5,6 +5,7 @@ Scene frame: metres, x along the camera's rail, y across it, z up, the floor's m
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -245,6 +246,10 @@ class Scene:
         Length and width of the measured strip, about the origin, that the piles must lie in.
     ghosts
         Returns that come from no surface.
+    copies, copied_beyond_m
+        How often each point is there whose x, in the scene, is beyond a place.
+    most_points
+        Points that are left of those, drawn at random; None for all.
     name
         Part of what random draws start from, so that two names differ at the same seed.
     """
@@ -258,8 +263,12 @@ class Scene:
     fuse_voxel_m: float = 0.0032
     strip_m: XY | None = None
     ghosts: Ghosts = field(default_factory=Ghosts)
+    copies: int = 1
+    copied_beyond_m: float = -math.inf
+    most_points: int | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
         require_positive(self, "unit_m")
         require_not_negative(self, "fuse_voxel_m")
+        require(self.copies >= 1, f"Scene.copies is {self.copies}; at least 1 is needed")

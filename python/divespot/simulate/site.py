@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from divespot.simulate.heap import radius_of_cone
+from divespot.simulate.pose import Pose
+from divespot.simulate.shapes import unlevelled
 from divespot.simulate.surroundings import boxes_around
 from divespot.simulate.varied import above, apart, log_uniform, seen
 
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 
     from divespot.simulate.scene import Camera, Pile, Scene
     from divespot.simulate.things import XY, Thing
+
+SURVEYED_M = 1.5
+"""Radius of piles from which on they are surveyed in projected coordinates."""
 
 
 @dataclass(frozen=True)
@@ -53,3 +58,11 @@ def top_of(pile: Pile) -> float:
     """Height that a pile stays below on a level floor."""
     slope = math.tan(math.radians(pile.repose_deg))
     return slope * radius_of_cone(pile.volume_m3, pile.repose_deg) + 5 * pile.roughness_m
+
+
+def upright(size_m: float, rng: np.random.Generator) -> Pose:
+    """Draw a pose whose z is up but for a few degrees: that of a survey where piles are large."""
+    if size_m < SURVEYED_M:
+        return unlevelled(rng)
+    x, y, z = rng.uniform((3e5, 2e5, 0.0), (7e5, 8e6, 900.0))
+    return Pose(yaw_deg=rng.uniform(0, 360), shift_m=(x, y, z))
