@@ -59,6 +59,21 @@ def match(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome
     return piles, extras
 
 
+def one_pile(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome], list[Extra]]:
+    """Take the only object of a report, whatever it is called, for the largest pile.
+
+    So it is read where one object is measured, as in the paper.
+    """
+    objects = (*report.piles, *report.other_objects) if report else ()
+    if not taken.volumes_m3:
+        return [], [Extra(what_is_at(taken, found), found.volume_m3) for found in objects]
+    truth_m3 = max(taken.volumes_m3)
+    if not objects:
+        return [PileOutcome(truth_m3)], []
+    found = max(objects, key=lambda item: item.volume_m3)
+    return [PileOutcome(truth_m3, found.volume_m3, found.u95_m3)], []
+
+
 def _owners(taken: SimulatedScan, found: Sequence[Pile]) -> list[int]:
     """Return the number of the true pile under each centroid; 0 for none.
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from divespot.errors import DivespotError
-from divespot.evaluate.matching import match
+from divespot.evaluate.matching import match, one_pile
 from divespot.evaluate.outcome import Outcome, PileOutcome
 from divespot.io import UNITS
 from divespot.kernels import voxel_downsample
 from divespot.pipeline import measure
+from divespot.settings import Settings
 from divespot.simulate import SimulatedScan, scan
 
 if TYPE_CHECKING:
@@ -20,22 +21,29 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.report import Report
-    from divespot.settings import Settings
 
 
 @dataclass(frozen=True)
 class SimulatedRound:
-    """A scan of a scene, measured once for each voxel edge in `voxels_m`; 0 is the scan itself."""
+    """A scan of a scene, measured once for each voxel edge in `voxels_m`; 0 is the scan itself.
+
+    With `paper`, the scan itself is measured by the paper's method as well.
+    """
 
     scene: str
     seed: int
     density: float
     voxels_m: tuple[float, ...]
     settings: Settings
+    paper: bool = False
 
     def outcomes(self, result: dict[str, Any]) -> list[Outcome]:
         """Return the outcomes in the result of `measure_simulated`."""
         return [Outcome.from_json(kept) for kept in result["outcomes"]]
+
+    def paper_of(self, result: dict[str, Any]) -> list[Outcome]:
+        """Return what the paper's method made of it, if it was asked."""
+        return [Outcome.from_json(kept) for kept in result["paper"]]
 
 
 def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
@@ -46,7 +54,12 @@ def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
         raise DivespotError(f"{one.scene}, seed {one.seed}: {error}") from None
     settings = one.settings.changed(unit=_unit(taken))
     outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
-    return {"outcomes": [dataclasses.asdict(outcome) for outcome in outcomes]}
+    paper = Settings.paper(unit=settings.unit, threads=settings.threads)
+    by_paper = [_measured(taken, 0.0, paper)] if one.paper else []
+    return {
+        "outcomes": [dataclasses.asdict(outcome) for outcome in outcomes],
+        "paper": [dataclasses.asdict(outcome) for outcome in by_paper],
+    }
 
 
 def _unit(taken: SimulatedScan) -> str:
@@ -62,7 +75,7 @@ def _measured(taken: SimulatedScan, voxel_m: float, settings: Settings) -> Outco
     except DivespotError as error:
         failure = str(error)
     seconds = time.perf_counter() - begin
-    piles, extras = match(taken, report)
+    piles, extras = (one_pile if settings.select == "largest" else match)(taken, report)
     return Outcome(
         scene=taken.scene.name,
         seed=taken.seed,
