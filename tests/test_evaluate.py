@@ -184,12 +184,34 @@ def test_coverage_needs_300_scans_with_a_pile() -> None:
     def verdicts(good: int, bad: int) -> set[str]:
         whole = (outcome("bay", held),) * good + (outcome("bay", not_held),) * bad
         found = goals(Evaluation((*whole, outcome("bare-floor")), (), ()))
-        return {goal.verdict for goal in found if goal.what.startswith("u95")}
+        overall = ("u95 holds the truth, each pile", "u95 holds the truth, total")
+        return {goal.verdict for goal in found if goal.what in overall}
 
     assert verdicts(285, 15) == {"reached"}
     assert verdicts(284, 15) == {"too few"}
     # An uncertainty that always holds is too large.
     assert verdicts(300, 0) == verdicts(270, 30) == {"missed"}
+
+
+def test_a_kind_of_120_piles_has_a_coverage_of_its_own() -> None:
+    held, not_held = PileOutcome(1.0, 1.1, 0.2), PileOutcome(1.0, 1.3, 0.2)
+
+    def verdicts(good: int, bad: int) -> dict[str, str]:
+        whole = (outcome("cut-face", held),) * good + (outcome("cut-face", not_held),) * bad
+        return {goal.what: goal.verdict for goal in goals(Evaluation(whole, (), ()))}
+
+    what = "u95 holds the truth, cut-face"
+    assert verdicts(110, 10)[what] == "reached"
+    assert verdicts(106, 14)[what] == verdicts(120, 0)[what] == "missed"
+    assert what not in verdicts(110, 9)
+
+
+def test_no_kind_is_to_be_worse_than_by_the_paper_s_method() -> None:
+    whole = (outcome("cut-face", PileOutcome(1.0, 1.02, 0.2)),)
+    for error, verdict in ((0.03, "reached"), (-0.01, "missed")):
+        paper = (outcome("cut-face", PileOutcome(1.0, 1 + error, 0.2)),)
+        found = {goal.what: goal for goal in goals(Evaluation(whole, (), (), paper))}
+        assert found["cut-face: no worse than the paper's method"].verdict == verdict
 
 
 def test_goals_name_scenes_that_are() -> None:

@@ -15,7 +15,7 @@ from divespot.simulate.ghosts import Dust, Ghosts
 from divespot.simulate.heap import radius_of_cone
 from divespot.simulate.shapes import ROWS, Maker, shape
 from divespot.simulate.site import Site, site, top_of
-from divespot.simulate.things import XY, Person, Rod
+from divespot.simulate.things import XY, Hanging, Person, Rod
 from divespot.simulate.varied import log_uniform
 
 if TYPE_CHECKING:
@@ -144,13 +144,20 @@ def shape_under_body(area_m2: float, volume_m3: float, kind: int) -> Maker:
 
     def make(rng: np.random.Generator) -> Scene:
         scene = shape(area_m2, volume_m3, kind, rng)
-        (pile,) = scene.piles
-        frames = _run_of_frames(scene.camera.frames, rng)
-        low = (*_spot(pile, 0.6, rng), top_of(pile) + rng.uniform(0.05, 0.3))
-        body = hung.body(low, SHAPE_BODY, frames, rng)
-        return replace(scene, things=(*scene.things, body))
+        return replace(scene, things=(*scene.things, somebody_over(scene, 0.6, rng)))
 
     return make
+
+
+def somebody_over(scene: Scene, within: float, rng: np.random.Generator) -> Hanging:
+    """Lean somebody over the first pile, within a share of its radius, in a few frames.
+
+    Only head, shoulders and arms are in sight: the rail of the paper's shapes is at their height.
+    """
+    pile = scene.piles[0]
+    frames = _run_of_frames(scene.camera.frames, rng)
+    low = (*_spot(pile, within, rng), top_of(pile) + rng.uniform(0.05, 0.3))
+    return hung.body(low, SHAPE_BODY, frames, rng)
 
 
 def _under_people(at: Site) -> Site:
