@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,14 +27,13 @@ from divespot.evaluate import (
     read_list,
 )
 from divespot.evaluate.evaluation import BODIES, SHAPES, VOXELS_M, kinds_of
+from divespot.evaluate.given import given_with
 from divespot.evaluate.goals import COMPRESSION, EACH_PILE, NO_PILE
 from divespot.evaluate.matching import match
 from divespot.io import write
 from divespot.simulate import NAMES, Box, SimulatedScan, scan
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from click.testing import Result
 
     from divespot.report import Report
@@ -259,6 +259,22 @@ def test_scenes_drawn_at_random_are_scanned_more_often() -> None:
     # Kinds of several scenes come last.
     assert found.kinds() == ["varied-tilted", "over-lamp", BODIES, "varied-*", "over-*"]
     assert found.summaries()["over-*"] == found.summaries()["over-lamp"]
+
+
+def test_a_vessel_is_measured_with_its_floor_and_outline() -> None:
+    one = scan("vessel-truck", seed=1, density=0.02)
+    assert one.scene.vessel is not None
+    with given_with(one) as given:
+        (ring,) = json.loads(Path(given["outline"]).read_text())["coordinates"]
+        assert set(given) == {"outline", "base", "up"}
+    assert not Path(given["outline"]).exists()
+    corners_m = one.in_scene(np.array(ring))
+    np.testing.assert_allclose(corners_m[:-1, :2], one.scene.vessel.outline_m, atol=1e-9)
+    assert float(given["base"].removeprefix("height=")) == pytest.approx(ring[0][2])
+    found = evaluate(["vessel-truck"], seeds=1, density=0.02)
+    assert all(abs(one.piles[0].error) < 0.2 for one in found.whole)
+    with given_with(scan("shape-01", density=0.01)) as nothing:
+        assert nothing == {}
 
 
 def test_every_family_has_kinds() -> None:

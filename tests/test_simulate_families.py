@@ -70,7 +70,10 @@ def bilinear(surface: Surface, z: Array, x: Array, y: Array) -> Array:
 def in_walls(one: SimulatedScan, x: Array, y: Array) -> NDArray[np.bool_]:
     walls = [thing for thing in one.scene.things if isinstance(thing, Wall | RoundWall)]
     solids = [solid for wall in walls for solid in solids_of(wall, 0, 0.0)]
-    covered = [np.zeros(x.shape, dtype=bool), *(solid.covers(x, y) for solid in solids)]
+    covered = [
+        np.zeros(np.broadcast_shapes(x.shape, y.shape), dtype=bool),
+        *(solid.covers(x, y) for solid in solids),
+    ]
     return np.asarray(np.any(covered, axis=0))
 
 
@@ -251,3 +254,19 @@ def test_points_lie_far_below_the_floor_and_behind_the_surface() -> None:
     assert deep >= one.scene.ghosts.low_points
     behind = (below_m > 0.02 * one.surface.height_m.max()) & (below_m < one.scene.ghosts.low_m)
     assert np.count_nonzero(behind) > 5
+
+
+@pytest.mark.parametrize("name", OF_KIND["vessel"])
+def test_a_vessel_is_filled_from_wall_to_wall_within_its_outline(name: str) -> None:
+    for seed in (2, 3):
+        one = taken(name, seed)
+        vessel, surface = one.scene.vessel, one.surface
+        assert vessel is not None
+        corners = np.array(vessel.outline_m)
+        x, y = corners.T
+        area_m2 = abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+        open_nodes = (surface.owner == 1) & ~in_walls(one, surface.x, surface.y[:, None])
+        assert np.count_nonzero(open_nodes) * surface.node_m**2 == pytest.approx(area_m2, rel=0.15)
+        at = one.in_scene()[one.labels == 1]
+        assert np.all(np.abs(at[:, :2]).max(axis=0) < np.abs(corners).max(axis=0) * 1.05)
+        assert surface.ground_m[surface.owner == 1] == pytest.approx(vessel.floor_m)

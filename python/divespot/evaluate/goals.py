@@ -53,6 +53,7 @@ EACH_PILE = {
     **dict.fromkeys(("over-bars", "over-bucket", "over-walking"), 0.02),
     **dict.fromkeys(("walls-corner", "walls-bay", "walls-boards", "walls-wedge"), 0.01),
     "scan-tripod": 0.01,
+    **dict.fromkeys(OF_KIND["vessel"], 0.01),
 }
 """Largest error of a pile, by kind of scene."""
 TOUCHING, TOUCHING_TOTAL = "touching-piles", 0.01

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from divespot.errors import DivespotError
+from divespot.evaluate.given import given_with
 from divespot.evaluate.matching import match, one_pile
 from divespot.evaluate.outcome import Outcome, PileOutcome
 from divespot.io import UNITS
@@ -52,8 +53,9 @@ def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
         taken = scan(one.scene, seed=one.seed, density=one.density)
     except DivespotError as error:
         raise DivespotError(f"{one.scene}, seed {one.seed}: {error}") from None
-    settings = one.settings.changed(unit=_unit(taken))
-    outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
+    with given_with(taken) as given:
+        settings = one.settings.changed(unit=_unit(taken), **given)
+        outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
     paper = Settings.paper(unit=settings.unit, threads=settings.threads)
     by_paper = [_measured(taken, 0.0, paper)] if one.paper else []
     return {

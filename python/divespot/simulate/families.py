@@ -10,6 +10,7 @@ from divespot.simulate.densities import DENSITIES
 from divespot.simulate.levels import LEVELS
 from divespot.simulate.over import BODY, OVER
 from divespot.simulate.varied import VARIED
+from divespot.simulate.vessels import VESSELS
 from divespot.simulate.walls import CUT, WALLS
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ OF_KIND: Mapping[str, Mapping[str, Maker]] = MappingProxyType(
         "cut": CUT,
         "levels": LEVELS,
         "scan": DENSITIES,
+        "vessel": VESSELS,
     }
 )
 """What makes the scenes of each kind, by name."""

@@ -21,6 +21,7 @@ from divespot.simulate.pose import Pose
 if TYPE_CHECKING:
     from divespot.simulate.level import Level
     from divespot.simulate.things import XY, Thing
+    from divespot.simulate.vessel import Vessel
 
 
 @dataclass(frozen=True)
@@ -250,6 +251,8 @@ class Scene:
         How often each point is there whose x, in the scene, is beyond a place.
     most_points
         Points that are left of those, drawn at random; None for all.
+    vessel
+        What is given of the vessel that holds the pile, if any.
     name
         Part of what random draws start from, so that two names differ at the same seed.
     """
@@ -266,6 +269,7 @@ class Scene:
     copies: int = 1
     copied_beyond_m: float = -math.inf
     most_points: int | None = None
+    vessel: Vessel | None = None
     name: str = ""
 
     def __post_init__(self) -> None:

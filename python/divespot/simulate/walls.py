@@ -34,7 +34,7 @@ def corner(rng: np.random.Generator) -> Scene:
     high_m, thick_m = rng.uniform(1.6, 2.0) * size_m, _thickness(size_m, rng)
     side, (x, y) = rng.choice([-1, 1]), rng.uniform(0.1, 0.5, 2) * size_m
     walls = (
-        _across(y, 6 * size_m, high_m, thick_m),
+        wall_across(y, 6 * size_m, high_m, thick_m),
         _along(side * x, 6 * size_m, y, high_m, thick_m),
     )
     return _in_front(size_m, poured(size_m, (0.0, 0.0), rng), walls, rng)
@@ -46,7 +46,7 @@ def bay(rng: np.random.Generator) -> Scene:
     high_m, thick_m = rng.uniform(1.6, 2.0) * size_m, _thickness(size_m, rng)
     half_m, y = rng.uniform(0.9, 2.0) * size_m, rng.uniform(0.2, 0.6) * size_m
     pile = poured(size_m, (rng.uniform(-0.5, 0.5) * half_m, 0.0), rng)
-    return _in_front(size_m, pile, _three(half_m, y, 6 * size_m, high_m, thick_m), rng)
+    return _in_front(size_m, pile, three_walls(half_m, y, 6 * size_m, high_m, thick_m), rng)
 
 
 def boards(rng: np.random.Generator) -> Scene:
@@ -57,8 +57,8 @@ def boards(rng: np.random.Generator) -> Scene:
     high_m = rng.uniform(1.0, 1.25) * GROWN * slope * size_m
     half_m, y = rng.uniform(0.8, 1.6) * size_m, rng.uniform(0.5, 0.8) * size_m
     thick_m, long_m = 0.5 * _thickness(size_m, rng), 6 * size_m
-    _, *sides = _three(half_m, y, long_m, high_m, thick_m)
-    walls = (_across(y, long_m, high_m, thick_m), *sides[: rng.integers(3)])
+    _, *sides = three_walls(half_m, y, long_m, high_m, thick_m)
+    walls = (wall_across(y, long_m, high_m, thick_m), *sides[: rng.integers(3)])
     return _in_front(size_m, pile, walls, rng)
 
 
@@ -93,8 +93,8 @@ def rim(rng: np.random.Generator) -> Scene:
     size_m = log_uniform(rng, 0.2, 5.0)
     y, thick_m = rng.uniform(0.4, 0.7) * size_m, rng.uniform(0.03, 0.08) * size_m
     high_m, half_m, deep_m = 1.5 * size_m, 3.0 * size_m, rng.uniform(1.0, 1.6) * size_m
-    front, left, right = _three(half_m, y, -deep_m, high_m, thick_m)
-    behind = _across(y + deep_m, 2 * half_m, high_m, thick_m)
+    front, left, right = three_walls(half_m, y, -deep_m, high_m, thick_m)
+    behind = wall_across(y + deep_m, 2 * half_m, high_m, thick_m)
     sides = (replace(wall, leaned_on=False) for wall in (left, right, behind))
     within = (2 * half_m - 3 * thick_m, deep_m - 3 * thick_m, rng.uniform(0.2, 0.9) * high_m)
     fill = Box((0.0, y + (deep_m + thick_m) / 2), within)
@@ -116,7 +116,7 @@ def wedge(rng: np.random.Generator) -> Scene:
         skew_deg=0.0,
     )
     high_m = rng.uniform(1.3, 1.8) * slope * long_m
-    walls = _three(half_m, 0.01 * long_m, rng.uniform(2.0, 2.5) * long_m, high_m, thick_m)
+    walls = three_walls(half_m, 0.01 * long_m, rng.uniform(2.0, 2.5) * long_m, high_m, thick_m)
     return _in_front(long_m, ramp, walls, rng)
 
 
@@ -148,7 +148,7 @@ def _thickness(size_m: float, rng: np.random.Generator) -> float:
     return rng.uniform(0.1, 0.25) * size_m
 
 
-def _across(face_m: float, length_m: float, high_m: float, thick_m: float) -> Wall:
+def wall_across(face_m: float, length_m: float, high_m: float, thick_m: float) -> Wall:
     """Return a wall along x whose face is at y."""
     y = face_m + thick_m / 2
     return Wall((-length_m / 2, y), (length_m / 2, y), high_m, thick_m, leaned_on=True)
@@ -160,11 +160,11 @@ def _along(face_m: float, length_m: float, end_m: float, high_m: float, thick_m:
     return Wall((x, end_m - length_m), (x, end_m + thick_m), high_m, thick_m, leaned_on=True)
 
 
-def _three(
+def three_walls(
     half_m: float, back_m: float, length_m: float, high_m: float, thick_m: float
 ) -> tuple[Wall, Wall, Wall]:
     """Return the walls of a bay that is open towards -y: the back one and the two others."""
-    back = _across(back_m, 2 * (half_m + thick_m), high_m, thick_m)
+    back = wall_across(back_m, 2 * (half_m + thick_m), high_m, thick_m)
     left, right = (_along(x, length_m, back_m, high_m, thick_m) for x in (-half_m, half_m))
     return back, left, right
 
