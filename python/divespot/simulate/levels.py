@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from divespot.simulate.shapes import Maker
     from divespot.simulate.things import XY
 
+UPRIGHT_DEG = 83.0
+"""Face of what is built upright: rays take the longer to follow, the steeper the ground is."""
 ENDLESS = 1e3
 """Half the length of a level that has no other end in sight, in radii of a pile."""
 
@@ -57,7 +59,7 @@ def sump(rng: np.random.Generator) -> Scene:
     size_m = log_uniform(rng, 0.2, 10.0)
     half_m = (rng.uniform(0.2, 0.6) * size_m, rng.uniform(0.2, 0.6) * size_m)
     depth_m = rng.uniform(0.3, 1.0) * size_m
-    hole = Level(_beside(size_m, 0.9, rng), half_m, -depth_m, 82.0, 0.0, rng.random() < 0.5)
+    hole = Level(_beside(size_m, 0.9, rng), half_m, -depth_m, UPRIGHT_DEG, 0.0, rng.random() < 0.5)
     return _yard(size_m, [_pile(size_m, (0.0, 0.0), rng)], _wide(size_m), (hole,), rng)
 
 
@@ -68,7 +70,7 @@ def hatch(rng: np.random.Generator) -> Scene:
     # Nearly below the rail, so that the floor is seen.
     x = rng.choice([-1, 1]) * ((REACH + rng.uniform(0.1, 0.4)) * size_m + half_m[0])
     depth_m = rng.uniform(1.0, 2.5) * size_m
-    hole = Level((x, rng.uniform(-0.5, 0.5) * size_m), half_m, -depth_m, 86.0)
+    hole = Level((x, rng.uniform(-0.5, 0.5) * size_m), half_m, -depth_m, UPRIGHT_DEG)
     return _yard(size_m, [_pile(size_m, (0.0, 0.0), rng)], _wide(size_m), (hole,), rng)
 
 
@@ -96,9 +98,9 @@ def platform(rng: np.random.Generator) -> Scene:
     half_m = (rng.uniform(1.8, 2.6) * size_m, rng.uniform(1.8, 2.6) * size_m)
     rise_m = rng.uniform(0.5, 3.0) * size_m
     if rng.random() < 0.5:
-        top = Level((0.0, 0.0), half_m, rise_m, 86.0)
+        top = Level((0.0, 0.0), half_m, rise_m, UPRIGHT_DEG)
     else:
-        top = _beyond(-half_m[0], size_m, rise_m, 86.0)
+        top = _beyond(-half_m[0], size_m, rise_m, UPRIGHT_DEG)
     return _yard(size_m, [_pile(size_m, (0.0, 0.0), rng)], _wide(size_m), (top,), rng)
 
 

@@ -82,7 +82,8 @@ def bars(rng: np.random.Generator) -> Scene:
     """Stretch roof bars across the whole scene, between camera and pile."""
     at = site(rng, 0.2, 10.0)
     z = rng.uniform(at.top_m + 0.15 * at.size_m, 0.75 * at.camera.height_m)
-    length_m = 2 * at.camera.height_m + at.strip_m[0]
+    # As far as the camera sees at that height.
+    length_m = 1.7 * (at.camera.height_m - z) + at.camera.rail_m
     return at.scene((hung.bars(z, length_m, at.size_m, rng),), rng)
 
 

@@ -43,7 +43,7 @@ def truck(rng: np.random.Generator) -> Scene:
 def silo(rng: np.random.Generator) -> Scene:
     """Fill a silo that is seen from under its roof."""
     radius_m = log_uniform(rng, 0.5, 6.0)
-    thick_m = 0.06 * radius_m
+    thick_m = 0.1 * radius_m
     pile, high_m = _fill(math.pi * radius_m**2, radius_m, rng)
     wall = RoundWall((0.0, 0.0), radius_m, high_m, thick_m, 0.0, 360.0)
     turns = 2 * math.pi * (np.arange(CORNERS) + 0.5) / CORNERS
@@ -57,7 +57,7 @@ def silo(rng: np.random.Generator) -> Scene:
 
 def _square(half_m: XY, floor_m: float, rng: np.random.Generator) -> Scene:
     x, y = half_m
-    thick_m = 0.06 * y
+    thick_m = 0.1 * y
     pile, high_m = _fill(4 * x * y, max(half_m), rng)
     back, *sides = three_walls(x, y, 2 * y + thick_m, high_m, thick_m)
     front = wall_across(-y - thick_m, 2 * (x + thick_m), high_m, thick_m)
@@ -67,7 +67,7 @@ def _square(half_m: XY, floor_m: float, rng: np.random.Generator) -> Scene:
     if floor_m == 0.0:
         return scene
     wider_m = 2 * thick_m + 0.1 * floor_m
-    bed = Level((0.0, 0.0), (x + wider_m, y + wider_m), floor_m, 86.0)
+    bed = Level((0.0, 0.0), (x + wider_m, y + wider_m), floor_m, 83.0)
     return replace(scene, floor=replace(scene.floor, levels=(bed,)))
 
 
