@@ -26,7 +26,7 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
     for name in NAMES:
         volumes = " + ".join(f"{pile.volume_m3:g}" for pile in scene_named(name).piles)
         told = f"{volumes} m3" if volumes else "no pile"
-        click.echo(f"{name:<16} {'drawn by the seed' if name in FAMILIES else told}")
+        click.echo(f"{name:<18} {'drawn by the seed' if name in FAMILIES else told}")
     ctx.exit()
 
 

@@ -73,9 +73,9 @@ def lamp(low_m: XYZ, size_m: float, ceiling_m: float, rng: np.random.Generator) 
 
 def bucket(lip: XY, heading: float, size_m: float, rng: np.random.Generator) -> Hanging:
     """Return a loader's bucket whose lip touches the surface, its back to where it came from."""
-    length_m, width_m = rng.uniform(0.25, 0.5) * size_m, rng.uniform(0.5, 0.9) * size_m
+    length_m, width_m = rng.uniform(0.2, 0.35) * size_m, rng.uniform(0.35, 0.7) * size_m
     high_m, thick_m = 0.6 * length_m, 0.02 * size_m
-    tilt = math.radians(rng.uniform(0, 15))
+    tilt = math.radians(rng.uniform(0, 30))
     turn = math.degrees(heading)
 
     def at(back_m: float, aside_m: float, up_m: float) -> XYZ:
