@@ -211,7 +211,7 @@ def test_no_kind_is_to_be_worse_than_by_the_paper_s_method() -> None:
     for error, verdict in ((0.03, "reached"), (-0.01, "missed")):
         paper = (outcome("cut-face", PileOutcome(1.0, 1 + error, 0.2)),)
         found = {goal.what: goal for goal in goals(Evaluation(whole, (), (), paper))}
-        assert found["cut-face: no worse than the paper's method"].verdict == verdict
+        assert found["cut-face: no worse than the paper"].verdict == verdict
 
 
 def test_goals_name_scenes_that_are() -> None:
@@ -275,6 +275,18 @@ def test_a_vessel_is_measured_with_its_floor_and_outline() -> None:
     assert all(abs(one.piles[0].error) < 0.2 for one in found.whole)
     with given_with(scan("shape-01", density=0.01)) as nothing:
         assert nothing == {}
+
+
+def test_a_failure_names_no_folder_that_is_another_next_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(_: object, settings: Settings) -> None:
+        raise DivespotError(f"{settings.outline}: cannot be read")
+
+    monkeypatch.setattr("divespot.evaluate.simulated.measure", refuse)
+    found = evaluate(["vessel-bin"], seeds=1, density=0.005, paper=True)
+    assert {one.failure for one in found.whole} == {"outline.geojson: cannot be read"}
+    assert found.paper == ()
 
 
 def test_every_family_has_kinds() -> None:

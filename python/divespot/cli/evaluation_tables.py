@@ -69,6 +69,8 @@ def paper_table(evaluation: Evaluation) -> Table:
     table = plain_table("scene", "piles", "mean", "largest", "paper: piles", "mean", "largest")
     for kind, summary in evaluation.summaries().items():
         paper = evaluation.paper_of_kind(kind)
+        if not paper.piles.count:
+            continue
         cells = [
             cell
             for errors in (summary.piles, paper.piles)

@@ -183,7 +183,7 @@ def _no_worse(evaluation: Evaluation) -> Iterator[Goal]:
     for kind, summary in evaluation.summaries().items():
         ours, paper = summary.piles.mean_error, evaluation.paper_of_kind(kind).piles.mean_error
         if ours is not None and paper is not None:
-            yield from _at_most(f"{kind}: no worse than the paper's method", ours, paper)
+            yield from _at_most(f"{kind}: no worse than the paper", ours, paper)
 
 
 def _real(real: tuple[Outcome, ...]) -> Iterator[Goal]:

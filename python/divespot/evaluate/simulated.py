@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from divespot.errors import DivespotError
@@ -57,7 +58,9 @@ def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
         settings = one.settings.changed(unit=_unit(taken), **given)
         outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
     paper = Settings.paper(unit=settings.unit, threads=settings.threads)
-    by_paper = [_measured(taken, 0.0, paper)] if one.paper else []
+    # The paper's method knows of no vessel.
+    known = one.paper and taken.scene.vessel is None
+    by_paper = [_measured(taken, 0.0, paper)] if known else []
     return {
         "outcomes": [dataclasses.asdict(outcome) for outcome in outcomes],
         "paper": [dataclasses.asdict(outcome) for outcome in by_paper],
@@ -75,7 +78,7 @@ def _measured(taken: SimulatedScan, voxel_m: float, settings: Settings) -> Outco
     try:
         report = measure(points, settings)
     except DivespotError as error:
-        failure = str(error)
+        failure = _named_alike(str(error), settings.outline)
     seconds = time.perf_counter() - begin
     piles, extras = (one_pile if settings.select == "largest" else match)(taken, report)
     return Outcome(
@@ -90,6 +93,11 @@ def _measured(taken: SimulatedScan, voxel_m: float, settings: Settings) -> Outco
         failure=failure,
         seconds=seconds,
     )
+
+
+def _named_alike(failure: str, outline: str | None) -> str:
+    """Return a failure without the folder of an outline, which is another in every run."""
+    return failure if outline is None else failure.replace(outline, Path(outline).name)
 
 
 def _total(taken: SimulatedScan, report: Report | None) -> PileOutcome | None:
