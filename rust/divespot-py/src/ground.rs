@@ -8,8 +8,8 @@ use crate::errors::{DivespotError, raise};
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Rows, cloud, restored, rows};
 
-/// Spacing, whether it is regular, roughness, places and normals.
-type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>);
+/// Spacing, whether it is regular, roughness, places and normals, and spacing where points are few.
+type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>, f64);
 
 #[pyfunction]
 pub(crate) fn survey<'py>(
@@ -24,7 +24,8 @@ pub(crate) fn survey<'py>(
     let (at, normals): (Vec<Point>, Vec<Point>) =
         survey.normals.into_iter().map(|n| (n.at, n.normal)).unzip();
     let at = rows(py, restored(cloud.origin, at))?;
-    Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, rows(py, normals)?))
+    let normals = rows(py, normals)?;
+    Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, normals, survey.sparse_m))
 }
 
 /// The plane, the reason for its side, and whether the scan lies as if the other one were up.

@@ -38,7 +38,7 @@ mod _native {
     #[pymodule_export]
     use crate::surface::{hills, surface_points};
     #[pymodule_export]
-    use crate::voxel::voxel_downsample;
+    use crate::voxel::{voxel_downsample, voxels};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)] // the name that Python knows

@@ -170,6 +170,7 @@ pub(crate) fn measure_objects<'py>(
     ground: PyReadonlyArray1<'py, bool>,
     points: PyReadonlyArray2<'py, f64>,
     is_on: PyReadonlyArray1<'py, bool>,
+    is_apart: PyReadonlyArray1<'py, bool>,
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
@@ -178,7 +179,9 @@ pub(crate) fn measure_objects<'py>(
     let on = is_on.as_array();
     let all = points.as_slice()?.as_chunks::<3>().0.iter().zip(on);
     let part = |on: bool| all.clone().filter(move |(_, is)| **is == on).map(|(p, _)| *p).collect();
-    let found = Found { labels, ground, surface: part(true), loose: part(false) };
+    let apart = is_apart.as_array();
+    let apart = apart.iter().zip(on).filter(|(_, on)| !**on).map(|(apart, _)| *apart).collect();
+    let found = Found { labels, ground, surface: part(true), loose: part(false), apart };
     let settings = settings(measuring);
     measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
 }
