@@ -84,6 +84,11 @@ def _text(value: Any) -> str | None:  # noqa: ANN401
     return value if isinstance(value, str) else None
 
 
+def words(help_text: str) -> Any:  # noqa: ANN401
+    """Return a field for a text that whoever reads it judges; None for none."""
+    return _option(None, help_text, "a text", _text, kind=str, metavar="LIST")
+
+
 def flag(help_text: str, *, default: bool = False) -> Any:  # noqa: ANN401
     """Return a field for a switch."""
     return _option(

@@ -12,6 +12,7 @@ from divespot import _native
 from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
+from divespot.io.doubts import judged
 from divespot.report import Source
 
 if TYPE_CHECKING:
@@ -26,12 +27,22 @@ SMALLEST_M = 1e-6
 
 @dataclass(frozen=True)
 class Cloud:
-    """Finite points in metres relative to `origin_m`, and where they came from."""
+    """Finite points in metres relative to `origin_m`, and where they came from.
+
+    Attributes
+    ----------
+    points, origin_m, source, warnings
+    quantum_m
+        The steps to which x, y and z were rounded before they came here, as those of float32 in
+        UTM; 0 where none is seen. Each coordinate has the standard uncertainty step / sqrt(12).
+
+    """
 
     points: NDArray[np.float64]
     origin_m: NDArray[np.float64]
     source: Source
     warnings: tuple[str, ...]
+    quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Cloud:
@@ -61,12 +72,18 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
     described = Source(scan.path, *counts, scan.unit, scan.crs)
-    return Cloud(points, np.array(origin), described, warnings)
+    return Cloud(points, np.array(origin), described, warnings, scan.quantum_m)
 
 
 def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
     if isinstance(source, str | os.PathLike):
-        return read(source, unit=settings.unit)
+        return read(
+            source,
+            unit=settings.unit,
+            columns=settings.columns,
+            classes=settings.classes,
+            returns=settings.returns,
+        )
     array = as_floats("points", source)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
         raise DivespotError(
@@ -76,8 +93,10 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
     unit = "m" if settings.unit == "auto" else settings.unit
     if unit not in UNITS:
         raise DivespotError(f"unit is {unit!r}: one of {', '.join(UNITS)} is needed")
-    points = array if UNITS[unit] == 1.0 else array * np.float64(UNITS[unit])
-    return Scan(points, None, unit, unit_stated=True, crs=None, warnings=())
+    seen = judged(array, unit, stated=settings.unit != "auto")
+    points = seen.xyz if UNITS[unit] == 1.0 else seen.xyz * np.float64(UNITS[unit])
+    x, y, z = (seen.quantum * UNITS[unit]).tolist()
+    return Scan(points, None, unit, True, None, seen.warnings, (x, y, z))  # noqa: FBT003
 
 
 def crop(cloud: Cloud, settings: Settings) -> Cloud:

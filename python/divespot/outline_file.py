@@ -60,10 +60,10 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
         return [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise DivespotError(f"{path}: is no JSON ({error})") from None
     except DivespotError as error:
         raise DivespotError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise DivespotError(f"{path}: is no JSON ({error})") from None
 
 
 def _features(parsed: Any) -> list[tuple[str | None, Any]]:  # noqa: ANN401 - any JSON value

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from divespot._options import base, box, choice, count, flag, length, path, positive, text
+from divespot._options import base, box, choice, count, flag, length, path, positive, text, words
 from divespot.errors import DivespotError
 from divespot.materials import MATERIALS
 
@@ -39,6 +39,13 @@ class Settings:
     """
 
     unit: str = text("unit of the file's coordinates; auto: as the file says, else m", "auto")
+    columns: str | None = words(
+        "where x, y, z stand in a text table: numbers from 1 or names, as 3,2,4"
+    )
+    classes: str | None = words("classes of a LAS file to keep, as 2,6; without: all but noise")
+    returns: Literal["all", "first", "last"] = choice(
+        "returns of a LAS file to keep", "all", "first", "last"
+    )
     crop: tuple[float, ...] | None = box(
         "keep this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
     )

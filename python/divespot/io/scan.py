@@ -21,8 +21,8 @@ class Scan:
     Attributes
     ----------
     points : ndarray, shape (n, 3), float64, C-contiguous
-        x, y, z in metres, in the file's order and frame. Nothing is dropped: rows that are not
-        finite and (0, 0, 0) rows are still there.
+        x, y, z in metres, in the file's order and frame. Rows that are not finite and (0, 0, 0)
+        rows are still there; a height that means no data is NaN.
     path : str or None
         The file, or None for points that never were in one.
     unit : str
@@ -34,6 +34,8 @@ class Scan:
         The coordinate reference system in the file's own words: WKT, ``EPSG:<code>`` or a name.
     warnings : tuple of str
         What a user should know about the file, a sentence each.
+    quantum_m : tuple of float
+        The steps in metres to which x, y and z were rounded, 0 where none is seen.
     """
 
     points: FloatArray
@@ -42,6 +44,7 @@ class Scan:
     unit_stated: bool
     crs: str | None
     warnings: tuple[str, ...]
+    quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
