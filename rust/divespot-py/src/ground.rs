@@ -1,8 +1,8 @@
 use divespot_core::survey::Normal;
 use divespot_core::{Point, ground, pose};
-use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
+use crate::array::ReadonlyArray2;
 use crate::errors::raise;
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Rows, cloud, restored, rows};
@@ -31,8 +31,8 @@ pub(crate) fn survey<'py>(
 pub(crate) fn find_ground<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
-    at: PyReadonlyArray2<'py, f64>,
-    normals: PyReadonlyArray2<'py, f64>,
+    at: ReadonlyArray2<'py, f64>,
+    normals: ReadonlyArray2<'py, f64>,
     threshold_m: f64,
     hypotheses: u32,
     cone: Option<(Point, f64)>,

@@ -1,5 +1,6 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
+mod array;
 mod bases;
 mod errors;
 mod ground;

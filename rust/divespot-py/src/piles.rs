@@ -1,8 +1,9 @@
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{self, Base, Kind, Object, Reason, Region, Settings};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::array::{ReadonlyArray1, ReadonlyArray2};
 use crate::bases::RawBase;
 use crate::errors::raise;
 
@@ -85,7 +86,7 @@ impl From<Object> for RawObject {
 #[pyfunction]
 pub(crate) fn pieces<'py>(
     py: Python<'py>,
-    labels: PyReadonlyArray2<'py, i32>,
+    labels: ReadonlyArray2<'py, i32>,
     gap: u32,
     fewest: usize,
 ) -> Bound<'py, PyArray1<i32>> {
@@ -107,7 +108,7 @@ pub(crate) struct Map {
 
 impl Map {
     pub(crate) fn new(
-        heights_m: &PyReadonlyArray2<'_, f64>,
+        heights_m: &ReadonlyArray2<'_, f64>,
         origin_m: [f64; 2],
         cell_m: f64,
     ) -> Self {
@@ -149,12 +150,12 @@ fn measured<'py>(
 #[pyfunction]
 pub(crate) fn measure_objects<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
-    labels: PyReadonlyArray1<'py, i32>,
+    labels: ReadonlyArray1<'py, i32>,
     measuring: Measuring<'py>,
-    points: PyReadonlyArray2<'py, f64>,
+    points: ReadonlyArray2<'py, f64>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
@@ -171,7 +172,7 @@ pub(crate) fn measure_objects<'py>(
 #[pyfunction]
 pub(crate) fn measure_inside<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
     regions: Vec<Vec<Vec<[f64; 2]>>>,

@@ -1,6 +1,7 @@
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 
+use crate::array::ReadonlyArray2;
 use crate::errors::raise;
 use crate::piles::Map;
 
@@ -8,7 +9,7 @@ use crate::piles::Map;
 #[pyfunction]
 pub(crate) fn terrain<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     cell_m: f64,
     level_m: f64,
     near_m: f64,
