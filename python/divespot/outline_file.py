@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from divespot.errors import DivespotError
+from divespot.io.files import bytes_of
+from divespot.output import refuse_inputs, write_text
 
 if TYPE_CHECKING:
     import os
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 
     from divespot.frame import Frame
     from divespot.report import Report
+
+#: No file of outlines is larger.
+LARGEST_BYTES = 256 << 20
 
 #: With the ground's normal farther than this from the scan's z axis, x and y are no plan.
 PLAN_DEG = 45.0
@@ -56,7 +61,7 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
 
     """
     try:
-        features = _features(json.loads(Path(path).read_bytes()))
+        features = _features(json.loads(bytes_of(Path(path), LARGEST_BYTES)))
         return [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
@@ -205,11 +210,9 @@ def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
         }
         for pile in report.piles
     ]
-    text = json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
-    try:
-        Path(path).write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise DivespotError(f"{path}: cannot be written ({error.strerror})") from None
+    refuse_inputs(path, "the outlines", (report.source.path, report.settings.outline))
+    collection = {"type": "FeatureCollection", "generator": "divespot", "features": features}
+    write_text(path, json.dumps(collection, indent=1) + "\n")
 
 
 def _closed(line: tuple[tuple[float, ...], ...]) -> list[list[float]]:

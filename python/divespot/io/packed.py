@@ -79,7 +79,7 @@ def _unzipped(path: PurePath, data: bytes) -> tuple[PurePath, bytes]:
 
 def _is_litter(member: zipfile.ZipInfo) -> bool:
     name = PurePath(member.filename)
-    return member.is_dir() or "__MACOSX" in name.parts or name.name.startswith(".")
+    return member.filename.endswith("/") or "__MACOSX" in name.parts or name.name.startswith(".")
 
 
 def open_zip(data: bytes) -> zipfile.ZipFile:
