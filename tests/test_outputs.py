@@ -130,7 +130,7 @@ def test_simulate_overwrites_its_own_alone(tmp_path: Path) -> None:
 def test_functions_do_not_write_over_their_scan(heap: Path) -> None:
     report = divespot.measure(heap)
     before = heap.read_bytes()
-    for save in (divespot.save_base, divespot.save_outlines, save_picture):
+    for save in (divespot.save_outlines, save_picture):
         with pytest.raises(DivespotError, match="would overwrite what is read"):
             save(report, heap)
     assert heap.read_bytes() == before

@@ -1,5 +1,7 @@
 """What every kernel does with points that are none, and with a cloud in another guise."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -171,3 +173,30 @@ def test_an_exact_offset_moves_nothing_but_positions() -> None:
     assert divespot.point_spacing(far) == divespot.point_spacing(near)
     moved, kept = (divespot.voxel_downsample(p, 0.1) for p in (far, near))
     np.testing.assert_allclose(moved, kept + UTM, rtol=0, atol=1e-9)
+
+
+NO_THREADS = """
+import resource, numpy as np, divespot
+points = np.random.default_rng(0).random((200_000, 3))
+alone = divespot.voxel_downsample(points, 0.02, threads=1)
+pages = int(open("/proc/self/statm").read().split()[0])
+most = pages * resource.getpagesize() + (200 << 20)
+resource.setrlimit(resource.RLIMIT_AS, (most, most))
+assert (divespot.voxel_downsample(points, 0.02, threads=1024) == alone).all()
+print("done")
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="no limit on the address space")
+def test_where_no_thread_can_start_the_work_is_done_on_fewer() -> None:
+    command = [sys.executable, "-c", NO_THREADS]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    assert done.stdout == "done\n", done.stderr
+
+
+def test_more_threads_than_any_machine_has_are_refused() -> None:
+    for threads in (1025, 4_294_967_295):
+        with pytest.raises(DivespotError, match=r"threads is .* from 0 to 1024 is needed"):
+            divespot.voxel_downsample(CASES["random"], 0.1, threads=threads)
+        with pytest.raises(DivespotError, match=r"threads is .* from 0 to 1024 is needed"):
+            divespot.Settings(threads=threads)

@@ -10,11 +10,13 @@ __all__ = [
     "RawObject",
     "__version__",
     "find_ground",
+    "first_crossing",
     "fit_plane",
     "ground_height",
     "hdbscan",
     "height_histogram",
     "height_map",
+    "inside",
     "integrate",
     "measure_inside",
     "measure_objects",
@@ -186,3 +188,5 @@ def measure_inside(
     regions: Sequence[Sequence[Sequence[Sequence[float]]]],
     measuring: _Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
+def first_crossing(line: NDArray[np.float64]) -> int | None: ...
+def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDArray[np.bool_]: ...

@@ -14,7 +14,6 @@ from divespot.errors import DivespotError
 from divespot.filters import radius_filter
 from divespot.io import read, write
 from divespot.kernels import ground_height
-from divespot.output import refuse_inputs
 from divespot.pose import upward
 from divespot.settings import Settings, given
 from divespot.spacing import take_survey
@@ -220,7 +219,6 @@ def save_base(report: Report, path: str | os.PathLike[str]) -> None:
     """
     if not str(path).lower().endswith(SAVED):
         raise DivespotError(f"{path}: a base is saved as one of {', '.join(SAVED)}")
-    refuse_inputs(path, "the base", (report.source.path,))
     level = report.level
     x, y = level.height_map.centers_m()
     places = np.stack([x, y, level.base_m], axis=-1)

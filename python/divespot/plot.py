@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot._arguments import number
+from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.numbers import rounded, with_uncertainty
 from divespot.output import refuse_inputs, whole
@@ -72,6 +75,8 @@ def save_picture(
 
     """
     refuse_inputs(path, "the picture", (report.source.path,))
+    if truth_m3 is not None and not math.isfinite(number("truth_m3", truth_m3)):
+        raise DivespotError(f"truth_m3 is {truth_m3}: a finite number is needed")
     drawn = figure(report, truth_m3=truth_m3)
     png = BytesIO()
     drawn.savefig(png, format="png", dpi=100, metadata={"Software": "divespot"})

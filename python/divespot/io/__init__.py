@@ -64,7 +64,7 @@ def read(
         If there is no such file, it is not readable, damaged, without points or in no accepted
         format, if `unit` is unknown, or if the file is in degrees or another unit that is none.
     """
-    if unit != "auto":
+    if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
     wanted = Wanted.of(columns, classes, returns)
     file = Path(os.fsdecode(path))

@@ -42,6 +42,8 @@ def judged(xyz: NDArray[Any], unit: str, *, stated: bool) -> Judged:
         Nobody stated the unit, and the numbers are degrees.
 
     """
+    if not len(xyz):
+        return Judged(xyz, np.zeros(3), ())
     # Garbage near the largest float overflows; a later stage drops or refuses it.
     with np.errstate(all="ignore"):
         xyz, no_data = without_no_data(xyz)

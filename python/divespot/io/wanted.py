@@ -40,8 +40,11 @@ class Wanted:
             The words say nothing.
 
         """
-        if returns not in ("all", "first", "last"):
+        if not isinstance(returns, str) or returns not in {"all", "first", "last"}:
             raise DivespotError(f"returns is {returns!r}: one of all, first, last is needed")
+        for name, value in (("columns", columns), ("classes", classes)):
+            if not isinstance(value, str | None):
+                raise DivespotError(f"{name} is a {type(value).__name__}: a text is needed")
         parts = None if columns is None else tuple(map(str.strip, columns.split(",")))
         if parts is not None and (len(parts) != 3 or not all(parts)):
             raise DivespotError(

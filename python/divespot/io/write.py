@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.output import whole
 
@@ -45,7 +46,7 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
     DivespotError
         If the shape, the extension or the folder is not as needed, or LAS cannot hold a value.
     """
-    xyz = np.asarray(points)
+    xyz = as_floats("points", points)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or xyz.dtype.kind not in "iuf":
         raise DivespotError(f"points are {xyz.dtype} of shape {xyz.shape}: need numbers of (n, 3)")
     if xyz.dtype != np.float32:

@@ -25,6 +25,7 @@ pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
+pub mod simple_polygon;
 pub mod strays;
 pub mod survey;
 pub mod terrain;

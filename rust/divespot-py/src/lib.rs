@@ -12,6 +12,7 @@ mod neighbors;
 mod piles;
 mod plane;
 mod points;
+mod polygon;
 mod terrain;
 mod voxel;
 
@@ -36,6 +37,8 @@ mod _native {
     use crate::plane::{fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
     use crate::points::seen;
+    #[pymodule_export]
+    use crate::polygon::{first_crossing, inside};
     #[pymodule_export]
     use crate::terrain::terrain;
     #[pymodule_export]
