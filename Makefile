@@ -10,7 +10,7 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: build demo test test-rust test-python test-checked check lint-rust lint-python bench clean
+.PHONY: build demo test test-rust test-python test-checked fuzz check lint-rust lint-python bench clean
 
 demo: build
 	$(BIN)/python -m divespot demo
@@ -64,6 +64,13 @@ lint-python: build
 	$(BIN)/python -m ruff format --no-cache --check
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest divespot._native
+
+# Another FIRST reads other inputs: FIRST=1000000 SECONDS=600 make fuzz
+SECONDS ?= 60
+FIRST ?= 0
+
+fuzz: build
+	$(BIN)/python tests/fuzz.py $(SECONDS) $(FIRST)
 
 bench: build
 	cargo bench --package divespot-benches -- --quick
