@@ -11,7 +11,7 @@ from divespot.cli.failure import Failure
 from divespot.cli.measure import run, show, show_warnings
 from divespot.cli.options import simulation_options
 from divespot.cli.outputs import check_outputs
-from divespot.cli.screen import stdout_console
+from divespot.cli.screen import file_name, stdout_console
 from divespot.cli.simulate import simulated
 from divespot.output import PICTURE, POINTS
 
@@ -65,7 +65,7 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
     console.print(_comparison(report, taken.volumes_m3))
     click.echo()
     console.print(times_table(report.timings_s, report.source.points))
-    click.echo(f"\npicture: {click.format_filename(picture)}")
+    click.echo(f"\npicture: {file_name(picture)}")
 
 
 def _folder(out: str) -> Path:
@@ -73,8 +73,9 @@ def _folder(out: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        name = click.format_filename(folder)
-        raise Failure(f"{name}: no such folder can be made ({error.strerror})") from None
+        raise Failure(
+            f"{file_name(folder)}: no such folder can be made ({error.strerror})"
+        ) from None
     return folder
 
 

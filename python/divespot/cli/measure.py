@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from divespot.base_name import BaseName
 from divespot.cli.failure import Failure
 from divespot.cli.options import chosen_settings, setting_options
 from divespot.cli.outputs import (
@@ -18,7 +19,7 @@ from divespot.cli.outputs import (
     force_option,
     write_json,
 )
-from divespot.cli.screen import progress_line, stdout_console, tell
+from divespot.cli.screen import file_name, progress_line, stdout_console, tell
 from divespot.errors import DivespotError, printable
 from divespot.output import OUTLINES, PICTURE, POINTS, REPORT
 from divespot.report import finite
@@ -120,8 +121,9 @@ def _check(
         "--save-base": (files.get("save_base"), POINTS),
         "--save-outlines": (files.get("save_outlines"), OUTLINES),
     }
-    base = settings.base.removeprefix("surface=") if "=" in settings.base else None
-    check_outputs(outputs, (*scans, settings.outline, base), force=force)
+    base = BaseName.parse(settings.base)
+    read = (*scans, settings.outline, (base.path or None) if base else None)
+    check_outputs(outputs, read, force=force)
 
 
 @dataclass(frozen=True)
@@ -238,9 +240,9 @@ def show_warnings(report: Report) -> None:
 
 
 def _file_name(report: Report) -> str:
-    return printable(click.format_filename(report.source.path or "points"))
+    return file_name(report.source.path or "points")
 
 
 def _named(scan: str, sentence: str) -> str:
-    name = click.format_filename(scan)
+    name = file_name(scan)
     return sentence if sentence.startswith(name) else f"{name}: {sentence}"

@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from divespot.errors import printable
+
 if TYPE_CHECKING:
+    import os
     from collections.abc import Callable, Iterator
 
     from rich.console import Console
@@ -26,6 +29,11 @@ def stdout_console() -> Console:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every terminal knows a ±
     return Console(markup=False, highlight=False, emoji=False)
+
+
+def file_name(path: str | os.PathLike[str]) -> str:
+    """Return a file's name as a terminal may show it."""
+    return printable(click.format_filename(path))
 
 
 def tell(line: str) -> None:

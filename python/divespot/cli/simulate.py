@@ -9,7 +9,7 @@ import click
 
 from divespot.cli.options import simulation_options
 from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
-from divespot.cli.screen import progress_line
+from divespot.cli.screen import file_name, progress_line
 from divespot.output import POINTS, REPORT
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def simulate(  # noqa: PLR0913, PLR0917 - one argument an option
     if truth != STDOUT:
         volumes = " + ".join(f"{volume:.5g}" for volume in taken.volumes_m3) or "0"
         count = f"{len(taken.points):,}"
-        click.echo(f"{click.format_filename(output)}: {count} points, truth {volumes} m3")
+        click.echo(f"{file_name(output)}: {count} points, truth {volumes} m3")
 
 
 def simulated(name: str, seed: int, density: float = 1.0) -> SimulatedScan:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from divespot.io.scan import FloatArray
 
 # What the printf of one system or another makes of what is no number.
-_NAN = re.compile(r"(?i)\bnan\([^)\n]*\)|\b1\.?#(?:[QS]NAN|IND)\d*")
+_NAN = re.compile(r"(?i)\bnan\([^)\n]{0,40}\)|\b1\.?#(?:[QS]NAN|IND)\d*")
 _INFINITE = re.compile(r"(?i)\b1\.?#INF\d*")
 _QUOTED = re.compile(r'"([^"\n]*)"')
 _COMMA_NUMBER = re.compile(r"\s*[+-]?\d+,\d*(e[+-]?\d+)?\s*", re.IGNORECASE)
