@@ -9,7 +9,7 @@ import numpy as np
 
 from divespot.errors import DivespotError
 from divespot.io.no_data import without_no_data
-from divespot.io.steps import steps
+from divespot.io.steps import SAMPLE, steps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,10 +83,16 @@ def doubts_of(xyz: NDArray[Any]) -> tuple[str, ...]:
 
 
 def _bounds(xyz: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    known = xyz[np.isfinite(xyz).all(axis=1)]
-    if not len(known):
-        return np.zeros(3), np.zeros(3)
-    return known.min(axis=0).astype(np.float64), known.max(axis=0).astype(np.float64)
+    """Return the corners of the box around all points that are finite."""
+    # A column at a time is several times as fast as all at once.
+    low = np.array([np.fmin.reduce(column) for column in xyz.T])
+    high = np.array([np.fmax.reduce(column) for column in xyz.T])
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        known = xyz[np.isfinite(xyz).all(axis=1)]
+        if not len(known):
+            return np.zeros(3), np.zeros(3)
+        low, high = known.min(axis=0), known.max(axis=0)
+    return low.astype(np.float64), high.astype(np.float64)
 
 
 def _are_degrees(low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
@@ -99,5 +105,6 @@ def _are_degrees(low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
 
 
 def _whole(xyz: NDArray[Any]) -> bool:
-    known = xyz[np.isfinite(xyz)]
+    some = xyz[:: max(len(xyz) // SAMPLE, 1)]
+    known = some[np.isfinite(some)]
     return bool((known == np.rint(known)).all())

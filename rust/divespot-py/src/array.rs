@@ -1,5 +1,7 @@
 //! Arrays that can be borrowed.
 
+#![allow(clippy::disallowed_types)] // the one place that may
+
 use std::ops::Deref;
 
 use numpy::ndarray::{Dimension, Ix1, Ix2};
