@@ -194,6 +194,7 @@ def child(first: int, count: int) -> None:
     frame = divespot.measure(raster(0.05, 30)).level.frame
     with tempfile.TemporaryDirectory() as folder:
         read_all(VALID_LAS, Path(folder))
+        sys.stdout.write("ready\tnull\n")
         signal.signal(signal.SIGALRM, stop)
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         most = pages * resource.getpagesize() + MOST_BYTES
@@ -215,16 +216,21 @@ def read_all(files: dict[str, bytes], folder: Path) -> None:
 def batch(first: int, count: int) -> tuple[int, list[tuple[int, str]]]:
     """Let a child read a batch; return how many it read, and the escapes."""
     command = [sys.executable, __file__, "--child", str(first), str(count)]
-    done, escapes = 0, []
+    done, escapes, begun = 0, [], False
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:  # noqa: S603
         timer = _Watch(running)
         for line in running.stdout or ():
             timer.alive()
             number, wrong = line.split("\t", 1)
+            if number == "ready":
+                begun = True
+                continue
             done += 1
             if json.loads(wrong) is not None:
                 escapes.append((int(number), json.loads(wrong)))
     timer.stop()
+    if not begun:
+        sys.exit(f"a child ended with {running.returncode} before it read anything")
     if done < count:
         escapes.append((first + done, f"the process ended with {running.returncode}"))
         done += 1

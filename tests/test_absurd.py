@@ -103,13 +103,14 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 }
 
 #: What takes a report or settings takes nothing else, and says so as Python does; the errors of a
-#: callback are its own.
+#: callback are its own; a mask is what NumPy makes truth values of.
 NOT_TRIED = {
     ("save_base", "report"),
     ("save_outlines", "report"),
     ("plot.save_picture", "report"),
     ("measure", "settings"),
     ("measure", "on_stage"),
+    ("height_map", "mask"),
 }
 
 PARAMETERS = [

@@ -132,7 +132,7 @@ def test_an_earlier_scan_far_from_the_origin_turned_and_in_feet(tmp_path: Path) 
     assert far.volume_m3 == pytest.approx(near.volume_m3, rel=1e-9)
     feet = pile(heap() / 0.3048, saved(tmp_path, floor() / 0.3048), unit="ft")
     assert feet.volume_m3 == pytest.approx(near.volume_m3, rel=1e-3)
-    flipped = pile(heap() * [1, -1, -1], saved(tmp_path, floor() * [1, -1, -1]))
+    flipped = pile(heap() * [1, -1, -1], saved(tmp_path, floor() * [1, -1, -1]), up="-z")
     assert flipped.volume_m3 == pytest.approx(near.volume_m3, rel=1e-3)
 
 

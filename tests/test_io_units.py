@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-import divespot
+from divespot import Settings
 from divespot import io as dio
+from divespot.intake import load
 from divespot.io.crs import crs_from_geokeys, crs_from_wkt
 from divespot.io.epsg import projected_unit, vertical_unit
 from divespot.io.steps import steps
@@ -121,7 +122,7 @@ def test_no_data_is_dropped_and_counted(tmp_path: Path, value: float) -> None:
     assert "200 points share the height" in scan.warnings[0]
     assert np.isnan(scan.points[:200]).all()
     np.testing.assert_array_equal(scan.points[200:], points[200:])
-    assert divespot.measure(points).source.dropped_nonfinite == 200
+    assert load(points, Settings()).source.dropped_nonfinite == 200
 
 
 def test_a_floor_of_zeros_is_data(tmp_path: Path) -> None:
@@ -134,7 +135,7 @@ def test_whole_numbers_and_landscapes_earn_a_warning(tmp_path: Path) -> None:
     millimetres = np.round(raster(10, 30)).astype(np.int16)
     assert "--unit mm" in " ".join(read(tmp_path, "a.npy", npy(millimetres)).warnings)
     assert read(tmp_path, "a.npy", npy(millimetres), unit="mm").warnings == ()
-    assert "--unit mm" in " ".join(divespot.measure(millimetres).warnings)
+    assert "--unit mm" in " ".join(load(millimetres, Settings()).warnings)
     wide = raster(99.5, 60) + 0.25 * np.pi
     assert "m wide" in " ".join(read(tmp_path, "a.npy", npy(wide)).warnings)
 
@@ -145,7 +146,7 @@ def test_rounded_coordinates_are_named(tmp_path: Path) -> None:
     scan = read(tmp_path, "a.npy", npy(points))
     assert "y in steps of 0.5 m" in scan.warnings[0]
     assert scan.quantum_m == (2.0**-5, 0.5, 0.0)
-    assert "y in steps of 0.5 m" in divespot.measure(points).warnings[0]
+    assert "y in steps of 0.5 m" in load(points, Settings()).warnings[0]
     feet = read(tmp_path, "a.npy", npy(points), unit="ft")
     assert feet.quantum_m[1] == 0.5 * 0.3048
 

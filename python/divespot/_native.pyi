@@ -1,5 +1,5 @@
 from collections.abc import Sequence
-from typing import Any, Final, TypeAlias, final
+from typing import Any, Final, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,10 @@ __all__ = [
     "hdbscan",
     "height_histogram",
     "height_map",
+    "hills",
     "inside",
     "integrate",
+    "leveling",
     "measure_inside",
     "measure_objects",
     "pieces",
@@ -28,12 +30,15 @@ __all__ = [
     "seen",
     "surface_base",
     "surface_mask",
+    "surface_points",
     "survey",
-    "terrain",
+    "unevenness_of_rays",
     "voxel_downsample",
 ]
 
 __version__: Final[str]
+
+_UpFrom: TypeAlias = Literal["given", "sensor", "small tilt", "nothing below"]
 
 def hdbscan(
     points: NDArray[Any],
@@ -48,9 +53,12 @@ def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
-def terrain(
-    heights_m: NDArray[np.float64], cell_m: float, level_m: float, near_m: float
-) -> tuple[NDArray[np.float64], float]: ...
+def surface_points(
+    points: NDArray[Any], cell_m: float, noise_m: float, threads: int
+) -> NDArray[np.bool_]: ...
+def hills(
+    heights_m: NDArray[np.float64], cell_m: float
+) -> tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]: ...
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
@@ -74,9 +82,17 @@ def find_ground(
     threshold_m: float,
     hypotheses: int,
     cone: tuple[Sequence[float], float] | None,
+    sensor: Sequence[float] | None,
+    z: str,
     seed: int,
     threads: int,
-) -> tuple[tuple[tuple[float, float, float], float, int, float], NDArray[np.float64]]: ...
+) -> tuple[tuple[tuple[float, float, float], float, int, float], _UpFrom, bool]: ...
+def leveling(
+    points: NDArray[Any], normal: Sequence[float], threads: int
+) -> NDArray[np.float64]: ...
+def unevenness_of_rays(
+    points: NDArray[Any], place: Sequence[float], seed: int, threads: int
+) -> float | None: ...
 def fit_plane(
     points: NDArray[Any],
     threshold_m: float,
@@ -169,8 +185,8 @@ def surface_base(
     noise_m: float,
 ) -> RawBase: ...
 
-_Measuring: TypeAlias = tuple[
-    int, float, float, tuple[float, float, float], Sequence[RawBase | None]
+Measuring: TypeAlias = tuple[
+    int, float, float, tuple[float, float, float], tuple[int, int], Sequence[RawBase | None]
 ]
 
 def measure_objects(
@@ -178,15 +194,17 @@ def measure_objects(
     origin_m: Sequence[float],
     cell_m: float,
     labels: NDArray[np.int32],
-    measuring: _Measuring,
+    ground: NDArray[np.bool_],
     points: NDArray[np.float64],
+    is_on: NDArray[np.bool_],
+    measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def measure_inside(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
     regions: Sequence[Sequence[Sequence[Sequence[float]]]],
-    measuring: _Measuring,
+    measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def first_crossing(line: NDArray[np.float64]) -> int | None: ...
 def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDArray[np.bool_]: ...

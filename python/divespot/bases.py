@@ -14,9 +14,9 @@ from divespot.errors import DivespotError
 from divespot.filters import radius_filter
 from divespot.io import read, write
 from divespot.kernels import ground_height
-from divespot.pose import upward
 from divespot.settings import Settings, given
 from divespot.spacing import take_survey
+from divespot.up import upward
 
 if TYPE_CHECKING:
     import os

@@ -45,7 +45,13 @@ class HeightMap:
         return x, np.asarray(y0 + (rows + 0.5) * self.cell_m)
 
 
-def height_map(points: ArrayLike, cell_m: float, *, triangulated: bool = False) -> HeightMap:
+def height_map(
+    points: ArrayLike,
+    cell_m: float,
+    *,
+    triangulated: bool = False,
+    mask: ArrayLike | None = None,
+) -> HeightMap:
     """Average the points of each cell of a square grid in x and y.
 
     The mean height is carried from the mean position of a cell's points to its middle, along the
@@ -63,6 +69,8 @@ def height_map(points: ArrayLike, cell_m: float, *, triangulated: bool = False) 
         right where points are few, or farther apart than cells, and for any density. A cell with
         no point has a height too, unless it lies outside them all or in a hole that is wide for
         the spacing around it.
+    mask
+        Shape ``(n,)``: which points count; the grid lies over all of them, which must be finite.
 
     Raises
     ------
@@ -71,7 +79,9 @@ def height_map(points: ArrayLike, cell_m: float, *, triangulated: bool = False) 
         the grid has more than 2**26 cells.
 
     """
-    raw = _native.height_map(as_floats("points", points), number("cell_m", cell_m), triangulated)
+    kept = None if mask is None else np.asarray(mask, dtype=np.bool_).ravel()
+    cell = number("cell_m", cell_m)
+    raw = _native.height_map(as_floats("points", points), cell, triangulated, kept)
     return HeightMap(raw.heights_m, raw.counts, raw.relief_m, raw.origin_m, cell_m)
 
 

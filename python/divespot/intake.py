@@ -14,10 +14,12 @@ from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
 from divespot.report import Source
+from divespot.sensor import sensor_place
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from divespot.report import Position
     from divespot.settings import Settings
 
 FEWEST = 10
@@ -29,19 +31,18 @@ SMALLEST_M = 1e-6
 class Cloud:
     """Finite points in metres relative to `origin_m`, and where they came from.
 
-    Attributes
-    ----------
-    points, origin_m, source, warnings
-    quantum_m
-        The steps to which x, y and z were rounded before they came here, as those of float32 in
-        UTM; 0 where none is seen. Each coordinate has the standard uncertainty step / sqrt(12).
-
+    z is up in a `projected` system. `sensor_m` is where the sensor stood, in the scan's frame and
+    in metres, where that is known. `quantum_m` are the steps to which x, y and z were rounded
+    before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
+    the standard uncertainty step / sqrt(12).
     """
 
     points: NDArray[np.float64]
     origin_m: NDArray[np.float64]
     source: Source
     warnings: tuple[str, ...]
+    projected: bool = False
+    sensor_m: Position | None = None
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
@@ -72,7 +73,10 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
     described = Source(scan.path, *counts, scan.unit, scan.crs)
-    return Cloud(points, np.array(origin), described, warnings, scan.quantum_m)
+    place = sensor_place(scan, points, origin, settings)
+    return Cloud(
+        points, np.array(origin), described, warnings, scan.projected, place, scan.quantum_m
+    )
 
 
 def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
@@ -85,18 +89,27 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
             returns=settings.returns,
         )
     array = as_floats("points", source)
-    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
+    if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":
         raise DivespotError(
-            f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) and numbers "
-            "are needed"
+            f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) or (h, w, 3) "
+            "and numbers are needed"
         )
+    raster = array.shape[:2] if array.ndim == 3 and min(array.shape[:2]) > 1 else None
+    array = array.reshape(-1, 3)
     unit = "m" if settings.unit == "auto" else settings.unit
     if unit not in UNITS:
         raise DivespotError(f"unit is {unit!r}: one of {', '.join(UNITS)} is needed")
     seen = judged(array, unit, stated=settings.unit != "auto")
     points = seen.xyz if UNITS[unit] == 1.0 else seen.xyz * np.float64(UNITS[unit])
     x, y, z = (seen.quantum * UNITS[unit]).tolist()
-    return Scan(points, None, unit, True, None, seen.warnings, (x, y, z))  # noqa: FBT003
+    return Scan(
+        *(points, None, unit),
+        unit_stated=True,
+        crs=None,
+        warnings=seen.warnings,
+        raster=raster,
+        quantum_m=(x, y, z),
+    )
 
 
 def crop(cloud: Cloud, settings: Settings) -> Cloud:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from divespot.pose import Pose
     from divespot.report import Position
     from divespot.settings import Settings
+    from divespot.surface import Surface
 
 #: With less of the points on the ground's plane, the ground is no plane.
 FLAT_SHARE = 0.2
@@ -56,12 +57,19 @@ class GroundLevel:
         Standard deviation of its cells about `surface_m`.
     surface_m
         Shape ``(rows, columns)``: its height in each cell.
+    hills
+        Shape ``(rows * columns,)``: the hill that each cell belongs to, the largest 0; -1 for none.
+        None where objects are told from the ground by their height alone.
+    is_ground
+        Shape ``(rows * columns,)``: whether a cell is ground; None as `hills`.
 
     """
 
     height_m: float
     noise_m: float
     surface_m: NDArray[np.float64]
+    hills: NDArray[np.int32] | None = None
+    is_ground: NDArray[np.bool_] | None = None
 
 
 def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Settings]:
@@ -74,8 +82,9 @@ def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Setti
 
 def _surface(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
     """Return a gentle surface through the ground and beneath what stands on it."""
-    surface, noise = _native.terrain(grid.heights_m, grid.cell_m, height_m, near_m)
-    return GroundLevel(height_m, noise, surface.reshape(grid.heights_m.shape))
+    hills, is_ground, surface, noise = _native.hills(grid.heights_m, grid.cell_m)
+    surface_m = surface.reshape(grid.heights_m.shape)
+    return GroundLevel(height_m, noise, surface_m, hills, is_ground)
 
 
 def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
@@ -99,6 +108,8 @@ def find_objects(
         Shape ``(rows * columns,)``: the object of each cell, the largest 0; -1 for none.
 
     """
+    if ground.hills is not None:
+        return _of_points(ground.hills, grid)
     heights = grid.heights_m.ravel()
     x, y = grid.centers_m()
     above = np.flatnonzero(heights > ground.surface_m.ravel() + given(settings.margin_m))
@@ -179,7 +190,7 @@ class Measured:
 
 
 def measure_objects(
-    points: NDArray[np.float64],
+    surface: Surface,
     grid: HeightMap,
     labels: NDArray[np.int32],
     bases: Bases,
@@ -189,9 +200,17 @@ def measure_objects(
 
     Touching piles are parted; boxes end where the points on their flat top do.
     """
-    measuring = _measuring(_steps(grid, settings.toe_m), bases, settings)
+    is_ground = bases.ground.is_ground
+    measuring = _measuring(_steps(grid, settings.toe_m), grid, bases, settings)
     found = _native.measure_objects(
-        grid.heights_m, grid.origin_m, grid.cell_m, labels, measuring, points
+        grid.heights_m,
+        grid.origin_m,
+        grid.cell_m,
+        labels,
+        labels < 0 if is_ground is None else is_ground,
+        surface.points,
+        surface.is_on,
+        measuring,
     )
     return Measured(*found, tuple(bases.compared))
 
@@ -204,7 +223,7 @@ def measure_regions(
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
-    measuring = _measuring(0, bases, settings)
+    measuring = _measuring(0, grid, bases, settings)
     try:
         found = _native.measure_inside(grid.heights_m, grid.origin_m, grid.cell_m, rings, measuring)
     except DivespotError as error:
@@ -213,11 +232,12 @@ def measure_regions(
 
 
 def _measuring(
-    toe_cells: int, bases: Bases, settings: Settings
-) -> tuple[int, float, float, tuple[float, float, float], list[_native.RawBase | None]]:
+    toe_cells: int, grid: HeightMap, bases: Bases, settings: Settings
+) -> _native.Measuring:
     ground = bases.ground
     level = (ground.height_m, ground.noise_m, ground.noise_m)
-    return toe_cells, settings.ring_share, given(settings.margin_m), level, bases.raw()
+    things = (max(_steps(grid, settings.link_m) - 1, 0), settings.min_cluster_size)
+    return toe_cells, settings.ring_share, given(settings.margin_m), level, things, bases.raw()
 
 
 def describe(

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from divespot.bases import find_bases, unknown, whole_base
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
-from divespot.grid import height_map
 from divespot.intake import crop, load
 from divespot.objects import (
     describe,
@@ -22,9 +21,10 @@ from divespot.outline_file import read_regions
 from divespot.pose import find_pose, ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
-from divespot.settings import Settings, given
+from divespot.settings import Settings
 from divespot.spacing import take_survey
 from divespot.strays import drop_strays
+from divespot.surface import find_surface, map_heights
 from divespot.volume.methods import by_method
 
 if TYPE_CHECKING:
@@ -47,7 +47,8 @@ def measure(
     ----------
     source
         The path of a scan (PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY, NPZ), or points of shape
-        ``(n, 3)`` in metres. Points that are not finite or all zero are dropped and counted.
+        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres. Points that are not
+        finite or all zero are dropped and counted.
     settings
         What to do; by default `Settings()`, where every length follows from the scan.
     on_stage
@@ -76,17 +77,17 @@ def measure(
     points = run("radius filter", radius_filter, cloud.points, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
-    points, scan, s = run("strays", drop_strays, points, scan, s)
-    pose = run("pose", find_pose, points, scan, s)
+    points, scan, s = run("strays", drop_strays, points, scan, cloud, s)
+    pose = run("pose", find_pose, points, scan, cloud, s)
     points = run("rotation", pose.level, points, s.threads)
-    triangulated = s.surface == "triangles"
-    grid = run("height map", height_map, points, given(s.cell_m), triangulated=triangulated)
+    surface = run("surface", find_surface, points, scan, s)
+    grid = run("height map", map_heights, surface, s)
     ground, s = run("ground", find_ground, grid, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit)
     bases = run("base", find_bases, grid, ground, frame, s)
     if s.outline is None:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
-        measured = run("volume", measure_objects, points, grid, labels, bases, s)
+        measured = run("volume", measure_objects, surface, grid, labels, bases, s)
     else:
         regions = run("outline", read_regions, s.outline, frame)
         measured = run("volume", measure_regions, grid, regions, bases, s)
@@ -104,6 +105,7 @@ def measure(
         warnings=(
             *cloud.warnings,
             *run.warnings,
+            *pose.warnings,
             *unknown(base_m, measured.base_m),
             *doubts(piles, others, pose, len(points), s),
         ),

@@ -106,6 +106,9 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
             *unit_warnings,
             *seen.warnings,
         ),
+        projected=raw.projected,
+        viewpoint_m=None if raw.viewpoint is None else _triple(np.array(raw.viewpoint) * factors),
+        raster=raw.raster,
         quantum_m=_triple(seen.quantum * factors),
     )
 

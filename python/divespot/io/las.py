@@ -63,7 +63,7 @@ def read_las(data: bytes, wanted: Wanted) -> RawCloud:
             raise
         raise DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}")) from None
     warnings = (*crs.warnings, *wanted_ones.told(len(xyz)))
-    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text, warnings)
+    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text, warnings, projected=crs.projected)
 
 
 def _check_header(data: bytes) -> None:

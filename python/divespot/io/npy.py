@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _POINTS_KEYS = ("points", "xyz", "arr_0")
+# Axes of an array of pixels, with x, y and z along the last one or as its fields.
+_PIXEL_AXES, _PIXEL_AXES_OF_FIELDS = 3, 2
 _SHAPES = "(n, 3 or more), (h, w, 3 or more), or a structured array with fields x, y, z"
 
 
 def read_npy(data: bytes) -> RawCloud:
     """Read an (n, >=3), (h, w, >=3) or structured x, y, z array."""
-    return RawCloud(_xyz(_load(data)))
+    return _raw(_load(data))
 
 
 def read_npz(data: bytes) -> RawCloud:
@@ -34,7 +36,14 @@ def read_npz(data: bytes) -> RawCloud:
     with open_zip(data) as archive:
         members = {m.filename[:-4]: m for m in archive.infolist() if m.filename.endswith(".npy")}
         arrays = [_load(read_member(archive, members[name])) for name in _chosen(list(members))]
-    return RawCloud(_xyz(arrays[0]) if len(arrays) == 1 else _columns(arrays))
+    return _raw(arrays[0]) if len(arrays) == 1 else RawCloud(_columns(arrays))
+
+
+def _raw(array: NDArray[Any]) -> RawCloud:
+    """Return an array's points; an array of pixels has rows and columns."""
+    axes = _PIXEL_AXES if array.dtype.names is None else _PIXEL_AXES_OF_FIELDS
+    pixels = array.ndim == axes and min(array.shape[:2]) > 1
+    return RawCloud(_xyz(array), raster=array.shape[:2] if pixels else None)
 
 
 def _chosen(names: list[str]) -> list[str]:

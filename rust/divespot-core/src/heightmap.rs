@@ -144,7 +144,26 @@ const NOTHING: Sums = Sums { count: 0, xyz: [0; 3], low: f64::INFINITY, high: f6
 ///
 /// No points, a cell that is not above zero, or too many cells (see [`Grid::over`]).
 pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
-    Ok(Cells::of(points, cell_m)?.averaged())
+    height_map_within(points, &bounds(points)?, cell_m)
+}
+
+/// As [`height_map`], on the cells over `bounds`, within which all points lie.
+///
+/// # Errors
+///
+/// As [`height_map`].
+pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Result<HeightMap> {
+    Ok(Cells::within(points, bounds, cell_m)?.averaged())
+}
+
+/// The box around points.
+///
+/// # Errors
+///
+/// No points.
+pub fn bounds(points: &[Point]) -> Result<Bounds> {
+    let none = Error::TooFewPoints { what: "a height map", given: 0, needed: 1 };
+    Bounds::of(points.iter().copied()).ok_or(none)
 }
 
 /// Averages the points in each cell of a grid that is there already; points off it are left out.
@@ -164,14 +183,9 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// The cells of edge `cell_m` over all points.
-    pub(crate) fn of(points: &[Point], cell_m: f64) -> Result<Self> {
-        let bounds = Bounds::of(points.iter().copied()).ok_or(Error::TooFewPoints {
-            what: "a height map",
-            given: 0,
-            needed: 1,
-        })?;
-        let grid = Grid::over(&bounds, cell_m, points.len())?;
+    /// The cells of edge `cell_m` over a box around all points.
+    pub(crate) fn within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Result<Self> {
+        let grid = Grid::over(bounds, cell_m, points.len())?;
         Ok(Self::on(grid, points, bounds.largest()))
     }
 

@@ -3,16 +3,19 @@
 //! Every kernel takes finite coordinates near a local origin (see [`Cloud`]) in metres, and
 //! returns the same bits for the same points in any order, at any number of threads.
 
+mod connectivity;
 mod count;
 mod error;
 mod film;
 mod fixed;
+mod material;
 mod moments;
 mod nearest;
 mod order;
 mod parallel;
 mod robust;
 mod slopes;
+mod terrain;
 
 pub mod cloud;
 pub mod ground;
@@ -25,10 +28,11 @@ pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
+pub mod sensor;
 pub mod simple_polygon;
 pub mod strays;
+pub mod surface;
 pub mod survey;
-pub mod terrain;
 pub mod tin;
 pub mod voxel;
 

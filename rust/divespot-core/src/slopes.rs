@@ -2,25 +2,27 @@
 
 use crate::count::to_f64;
 use crate::heightmap::Grid;
+use crate::material::GENTLE;
 use crate::robust::scale;
-use crate::terrain::GENTLE;
 
 /// The window of the slope is so wide that its noise is this many times smaller than [`GENTLE`].
 const CERTAIN: f64 = 8.0;
 /// Half-widths of that window, in cells.
 const REACHES: std::ops::RangeInclusive<usize> = 1..=6;
 
-/// Heights averaged over a window, and whether the slope across it is gentle.
+/// Whether the slope across the window around each cell is gentle.
 pub(crate) struct Slopes {
     /// Half-width of the window, in cells.
     pub(crate) reach: usize,
-    pub(crate) means_m: Vec<f64>,
+    /// Standard deviation of a cell's height.
+    pub(crate) noise_m: f64,
     pub(crate) gentle: Vec<bool>,
 }
 
 impl Slopes {
     pub(crate) fn of(grid: &Grid, heights_m: &[f64]) -> Self {
-        let reach = reach(grid, heights_m);
+        let noise_m = cell_noise(grid, heights_m);
+        let reach = reach(grid, noise_m);
         let sums = Sums::of(grid, heights_m);
         let k = reach.cast_signed();
         let run = to_f64(reach + 1) * grid.cell_m;
@@ -31,17 +33,12 @@ impl Slopes {
             along * along + across * across <= (GENTLE * run).powi(2)
         };
         let places = || (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
-        Self {
-            reach,
-            means_m: places().map(|at| sums.mean(at, (-k, k), (-k, k))).collect(),
-            gentle: places().map(gentle).collect(),
-        }
+        Self { reach, noise_m, gentle: places().map(gentle).collect() }
     }
 }
 
 /// The half-width of a window over which the noise of the slope is small.
-fn reach(grid: &Grid, heights_m: &[f64]) -> usize {
-    let noise = cell_noise(grid, heights_m);
+fn reach(grid: &Grid, noise: f64) -> usize {
     let certain = |&k: &usize| {
         let half = to_f64(k * (2 * k + 1));
         noise * (2.0 / half).sqrt() * CERTAIN <= GENTLE * to_f64(k + 1) * grid.cell_m

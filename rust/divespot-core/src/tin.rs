@@ -7,9 +7,9 @@
 use spade::handles::{FaceHandle, InnerTag, VertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::Point;
 use crate::error::{Error, Result};
-use crate::heightmap::{Cells, Grid, HeightMap};
+use crate::heightmap::{Cells, Grid, HeightMap, bounds};
+use crate::{Bounds, Point};
 
 /// A triangle whose longest edge is longer than this many spacings of the points around lies across
 /// what was not seen.
@@ -46,7 +46,16 @@ type Face<'a> = FaceHandle<'a, InnerTag, Vertex, (), (), ()>;
 ///
 /// As [`crate::heightmap::height_map`].
 pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
-    let cells = Cells::of(points, cell_m)?;
+    height_map_within(points, &bounds(points)?, cell_m)
+}
+
+/// As [`height_map`], on the cells over `bounds`, within which all points lie.
+///
+/// # Errors
+///
+/// As [`height_map`].
+pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Result<HeightMap> {
+    let cells = Cells::within(points, bounds, cell_m)?;
     let vertices = cells.means.iter().flatten().map(|&p| Vertex(p)).collect();
     let network = Network::bulk_load(vertices)
         .map_err(|_| Error::Degenerate("coordinates are too large or too small to triangulate"))?;

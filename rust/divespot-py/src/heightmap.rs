@@ -3,7 +3,7 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray1;
-use crate::errors::raise;
+use crate::errors::{DivespotError, raise};
 use crate::points::cloud;
 
 /// A height map as arrays of shape (rows, columns).
@@ -21,10 +21,20 @@ pub(crate) fn height_map(
     points: &Bound<'_, PyAny>,
     cell_m: f64,
     triangulated: bool,
+    mask: Option<ReadonlyArray1<'_, bool>>,
 ) -> PyResult<RawHeightMap> {
-    let (cloud, _) = cloud(points, 1)?;
-    let make = if triangulated { tin::height_map } else { heightmap::height_map };
-    let map = py.detach(|| make(&cloud.points, cell_m)).map_err(raise)?;
+    let (mut cloud, count) = cloud(points, 1)?;
+    let all = heightmap::bounds(&cloud.points).map_err(raise)?;
+    if let Some(mask) = mask {
+        let mask = mask.as_array();
+        if mask.len() != count || cloud.points.len() != count {
+            return Err(DivespotError::new_err("one value of the mask for each point is needed"));
+        }
+        let mut kept = mask.iter();
+        cloud.points.retain(|_| kept.next().copied().unwrap_or(false));
+    }
+    let make = if triangulated { tin::height_map_within } else { heightmap::height_map_within };
+    let map = py.detach(|| make(&cloud.points, &all, cell_m)).map_err(raise)?;
     let shape = [map.grid.rows, map.grid.columns];
     let [x, y, z] = cloud.origin;
     let heights = map.heights_m.into_iter().map(|h| h + z).collect::<Vec<_>>();

@@ -13,7 +13,7 @@ mod piles;
 mod plane;
 mod points;
 mod polygon;
-mod terrain;
+mod surface;
 mod voxel;
 
 /// The compiled kernels of divespot.
@@ -22,7 +22,7 @@ mod _native {
     #[pymodule_export]
     use crate::bases::{RawBase, plane_base, surface_base};
     #[pymodule_export]
-    use crate::ground::{find_ground, survey};
+    use crate::ground::{find_ground, leveling, survey, unevenness_of_rays};
     #[pymodule_export]
     use crate::hdbscan::hdbscan;
     #[pymodule_export]
@@ -40,7 +40,7 @@ mod _native {
     #[pymodule_export]
     use crate::polygon::{first_crossing, inside};
     #[pymodule_export]
-    use crate::terrain::terrain;
+    use crate::surface::{hills, surface_points};
     #[pymodule_export]
     use crate::voxel::voxel_downsample;
 

@@ -1,5 +1,5 @@
 use divespot_core::heightmap::Grid;
-use divespot_core::piles::{self, Base, Kind, Object, Reason, Region, Settings};
+use divespot_core::piles::{self, Base, Found, Kind, Object, Reason, Region, Settings};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -69,6 +69,7 @@ impl From<Object> for RawObject {
                 Reason::Thin => "thin",
                 Reason::Shadow => "beside a shadow",
                 Reason::Floating => "floating",
+                Reason::Apart => "apart from the ground",
                 Reason::TooLittleSeen => "too little seen",
                 Reason::NotClear => "not clear of the ground",
             }),
@@ -120,15 +121,27 @@ impl Map {
     }
 }
 
-/// Steps of the toe, width of the ring by object size, margin, ground (height, noise, uncertainty), and the bases:
-/// the one in force, then those to compare; none of its own for a local one.
-type Measuring<'py> = (u32, f64, f64, (f64, f64, f64), Vec<Option<PyRef<'py, RawBase>>>);
+/// Steps of the toe, width of the ring by object size, margin, ground (height, noise, uncertainty),
+/// link and fewest cells of a thing, and the bases: the one in force, then those to compare; none of
+/// its own for a local one.
+type Measuring<'py> =
+    (u32, f64, f64, (f64, f64, f64), (u32, usize), Vec<Option<PyRef<'py, RawBase>>>);
 
-fn settings((toe_cells, ring_share, margin_m, ground, bases): Measuring<'_>) -> Settings {
+fn settings((toe_cells, ring_share, margin_m, ground, things, bases): Measuring<'_>) -> Settings {
+    let (link_cells, fewest_cells) = things;
     let ground = Base::ground(ground.0, ground.1, ground.2);
     let mut bases = bases.into_iter().map(|base| base.map(|base| base.0.clone()));
     let base = bases.next().flatten();
-    Settings { toe_cells, ring_share, margin_m, base, compared: bases.collect(), ground }
+    Settings {
+        toe_cells,
+        ring_share,
+        margin_m,
+        base,
+        compared: bases.collect(),
+        ground,
+        link_cells,
+        fewest_cells,
+    }
 }
 
 /// Objects, and the base below each cell that was measured.
@@ -148,24 +161,27 @@ fn measured<'py>(
 }
 
 #[pyfunction]
+#[allow(clippy::too_many_arguments)] // one for each of the things that were found
 pub(crate) fn measure_objects<'py>(
     py: Python<'py>,
     heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
     labels: ReadonlyArray1<'py, i32>,
-    measuring: Measuring<'py>,
+    ground: ReadonlyArray1<'py, bool>,
     points: ReadonlyArray2<'py, f64>,
+    is_on: ReadonlyArray1<'py, bool>,
+    measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
+    let ground: Vec<bool> = ground.as_array().iter().copied().collect();
+    let on = is_on.as_array();
+    let all = points.as_slice()?.as_chunks::<3>().0.iter().zip(on);
+    let part = |on: bool| all.clone().filter(move |(_, is)| **is == on).map(|(p, _)| *p).collect();
+    let found = Found { labels, ground, surface: part(true), loose: part(false) };
     let settings = settings(measuring);
-    let (points, _) = points.as_slice()?.as_chunks::<3>();
-    measured(py, &map, || {
-        let mut objects = piles::measure(&map.grid, &map.heights_m, &labels, points, &settings)?;
-        piles::trim_flat_tops(&map.grid, points, &mut objects, settings.margin_m);
-        Ok(objects)
-    })
+    measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
 }
 
 /// As `measure_objects`, inside outlines; those of a region first go around it, then its holes.

@@ -1,23 +1,22 @@
-//! Every pile by itself: without the walls it leans on, the rods in it, the piles that touch it.
+//! Every pile by itself: without the walls it leans on and the piles that touch it.
 
 use super::base::Base;
 use super::object::{above_base, why_no_pile};
-use super::patch::Patch;
+use super::patch::{Patch, Scene};
 use super::ring::ring_plane;
-use super::{Settings, face, gaps, spike, valley, wall};
-use crate::Point;
+use super::{Settings, face, gaps, valley, wall};
 
 /// The piles of one object, each as `found` and as a `whole` with its flanks; their ground is the
 /// ground around all of them.
 pub(crate) fn alone(
     found: Patch,
     mut whole: Patch,
-    points: &[Point],
+    scene: &Scene<'_>,
     settings: &Settings,
 ) -> Vec<(Patch, Patch)> {
     whole.plane = ring_plane(&whole).map(|(plane, _)| plane);
     let base = whole.plane.clone().unwrap_or_else(|| settings.ground.clone());
-    let (found, whole) = cleared(found, whole, &base, points, settings);
+    let (found, whole) = at_walls(found, whole, &base, scene, settings);
     let above = gaps::heights(&whole, &above_base(&whole, &base));
     let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];
@@ -30,21 +29,19 @@ pub(crate) fn alone(
     (0..count).map(part).collect()
 }
 
-/// The object without walls; what stands steeply in it is taken out of a pile only, for of other
-/// things it is a part.
-fn cleared(
+/// The object up to the walls around it; a pile goes on to their faces.
+fn at_walls(
     found: Patch,
     whole: Patch,
     base: &Base,
-    points: &[Point],
+    scene: &Scene<'_>,
     settings: &Settings,
 ) -> (Patch, Patch) {
-    let margin_m = settings.margin_m;
-    let free = |patch| wall::without_walls(patch, base, margin_m);
-    if why_no_pile(&found, base, settings).is_some() {
-        return (free(found), free(whole));
+    let is_pile = why_no_pile(&found, base, settings).is_none();
+    let (found, whole) = (wall::up_to_walls(found, base), wall::up_to_walls(whole, base));
+    if !is_pile {
+        return (found, whole);
     }
-    let clean = |patch| free(wall::without_found_walls(patch, margin_m));
-    let whole = face::continued_to_faces(clean(whole), points, margin_m);
-    (clean(found), spike::without_spikes(whole, margin_m))
+    let whole = face::continued_to_faces(whole, scene, settings.margin_m);
+    (found, whole)
 }

@@ -6,8 +6,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::nodes::{Nodes, without};
+use crate::material::GENTLE;
 use crate::robust::scale;
-use crate::terrain::GENTLE;
 
 /// Directions and places of a line that are tried first.
 const DIRECTIONS: u32 = 18;

@@ -1,17 +1,17 @@
-//! Where a pile ends at the wall that it leans on.
+//! Faces: where something rises from the surface more steeply than bulk material could.
 //!
-//! A cell before a wall holds points on the pile's surface and many more up the wall's face: their
-//! mean is the height of neither. The face is where the points above the surface are, and the pile
-//! goes on to it as it came: the cell counts by the share of it that lies before the face.
-
-use std::collections::BTreeMap;
+//! A cell at the face of a wall holds points on the surface and many more up the face. The pile goes
+//! on to the face as it came: the cell counts by the share of it that lies before the face.
 
 use super::base::{Kind, value, weighted_plane};
-use super::patch::{Patch, Zone};
+use super::found::Found;
+use super::patch::{Patch, Scene, Zone};
 use super::region::{Part, Ring, moments, part};
-use super::shape::STEEPEST;
+use super::territory::NOBODY;
 use super::wall;
 use crate::Point;
+use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
 use crate::robust::{median, scale};
 
 /// A face stands so many cells, at most, beyond the last that holds nothing but the pile.
@@ -23,14 +23,78 @@ const FEWEST: usize = 4;
 /// Points on a wall's top are not on its face: only the lower half is taken.
 const LOWER: f64 = 0.5;
 
+/// The faces of a scene.
+pub(crate) struct Faces {
+    /// Whether a face rises in a cell.
+    pub(crate) is: Vec<bool>,
+    /// Cells in or beside which one does: nothing goes on across them.
+    pub(crate) bars: Vec<bool>,
+    /// The points that may be on a face with their cells, in order of both.
+    risen: Vec<(usize, Point)>,
+}
+
+impl Faces {
+    /// Where something rises from a surface of these heights to more than `margin_m` above what the
+    /// steepest material could reach in a cell: loose points, or a bank beside an object.
+    pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
+        let step_m = NEVER_STEEPER * grid.cell_m;
+        let mut is = vec![false; grid.len()];
+        let mut risen = by_cell(grid, &found.loose, |_| true);
+        for column in risen.chunk_by(|a, b| a.0 == b.0) {
+            let cell = column[0].0;
+            let around = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
+            let surface_m = around.fold(f64::NEG_INFINITY, f64::max);
+            let above = column.iter().map(|(_, p)| p[2] - surface_m).filter(|&z| z > 0.0);
+            let (low, high) =
+                above.fold((f64::INFINITY, 0.0_f64), |(low, high), z| (low.min(z), high.max(z)));
+            is[cell] = low < 2.0 * step_m + margin_m && high > step_m + margin_m;
+        }
+        let rises =
+            |cell: usize, from: usize| heights_m[cell] - heights_m[from] > step_m + margin_m;
+        let banks: Vec<usize> = (0..grid.len())
+            .filter(|&cell| found.is_bank(cell))
+            .filter(|&c| grid.around(c, 1).any(|n| found.labels[n] != NOBODY && rises(c, n)))
+            .collect();
+        if !banks.is_empty() {
+            let mut near = vec![false; grid.len()];
+            banks.iter().flat_map(|&c| grid.around(c, BEYOND)).for_each(|n| near[n] = true);
+            banks.iter().for_each(|&cell| is[cell] = true);
+            risen.extend(by_cell(grid, &found.surface, |cell| near[cell]));
+            risen.sort_unstable_by(by_place);
+        }
+        let beside = |cell: usize| grid.around(cell, 1).any(|n| is[n]);
+        let bars = (0..is.len()).map(beside).collect();
+        Self { is, bars, risen }
+    }
+
+    /// The points off the surface over a cell.
+    fn over(&self, cell: usize) -> impl Iterator<Item = &Point> {
+        let first = self.risen.partition_point(|(c, _)| *c < cell);
+        self.risen[first..].iter().take_while(move |(c, _)| *c == cell).map(|(_, p)| p)
+    }
+}
+
+/// The points over cells that are wanted, in order of cell and height.
+fn by_cell(grid: &Grid, points: &[Point], wanted: impl Fn(usize) -> bool) -> Vec<(usize, Point)> {
+    let on_map = points.iter().filter(|p| grid.holds(p)).map(|p| (grid.cell(p), *p));
+    let mut found: Vec<(usize, Point)> = on_map.filter(|&(cell, _)| wanted(cell)).collect();
+    found.sort_unstable_by(by_place);
+    found
+}
+
+fn by_place((m, p): &(usize, Point), (n, q): &(usize, Point)) -> std::cmp::Ordering {
+    let place = p[2].total_cmp(&q[2]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]));
+    m.cmp(n).then(place)
+}
+
 /// The pile, continued to the faces of the walls it leans on.
 ///
-/// `points` are those of the height map. Where no points tell where a face is, the pile stays.
-pub(crate) fn continued_to_faces(mut patch: Patch, points: &[Point], margin_m: f64) -> Patch {
+/// Where no points tell where a face is, the pile stays.
+pub(crate) fn continued_to_faces(mut patch: Patch, scene: &Scene<'_>, margin_m: f64) -> Patch {
     if !wall::leans(&patch) {
         return patch;
     }
-    let near = NearWalls::gather(&patch, points, margin_m);
+    let near = NearWalls::of(&patch, scene, margin_m);
     let ends: Vec<(usize, End)> =
         near.before_walls().filter_map(|cell| Some((cell, near.end(cell)?))).collect();
     for (cell, end) in ends {
@@ -39,13 +103,13 @@ pub(crate) fn continued_to_faces(mut patch: Patch, points: &[Point], margin_m: f
     patch
 }
 
-/// The points around a pile's walls, by cell.
+/// The surroundings of a pile's walls.
 struct NearWalls<'a> {
     patch: &'a Patch,
-    points: BTreeMap<usize, Vec<Point>>,
+    scene: &'a Scene<'a>,
     /// Cells at which a face may stand.
     near: Vec<bool>,
-    /// Cells in which all there is can be the pile's surface.
+    /// Cells in which all there is is the pile's surface.
     clean: Vec<bool>,
     margin_m: f64,
 }
@@ -71,44 +135,21 @@ impl End {
 }
 
 impl<'a> NearWalls<'a> {
-    fn gather(patch: &'a Patch, points: &[Point], margin_m: f64) -> Self {
+    fn of(patch: &'a Patch, scene: &'a Scene<'a>, margin_m: f64) -> Self {
         let mut near = vec![false; patch.zones.len()];
         let walls = (0..near.len()).filter(|&cell| patch.walls[cell]);
         walls.flat_map(|cell| patch.around(cell, BEYOND)).for_each(|n| near[n] = true);
-        let mut by_cell: BTreeMap<usize, Vec<Point>> = BTreeMap::new();
-        for p in points.iter().filter(|p| patch.grid.holds(p)) {
-            let cell = patch.grid.cell(p);
-            if near[cell] {
-                by_cell.entry(cell).or_default().push(*p);
-            }
-        }
-        // Sums of numbers depend on their order, and the scan's must not matter.
-        let key = |p: &Point| p.map(f64::to_bits);
-        by_cell.values_mut().for_each(|points| points.sort_unstable_by_key(key));
-        let clean = vec![false; near.len()];
-        let walls = Self { patch, points: by_cell, near, clean, margin_m };
-        let clean = (0..walls.near.len()).map(|cell| walls.is_clean(cell)).collect();
-        Self { clean, ..walls }
+        let clean = |cell: usize| {
+            patch.zones[cell] == Zone::Core && !patch.heights_m[cell].is_nan() && !patch.walls[cell]
+        };
+        let clean = (0..near.len()).map(clean).collect();
+        Self { patch, scene, near, clean, margin_m }
     }
 
     /// Cells near the walls that hold something else than the pile, or nothing.
     fn before_walls(&self) -> impl Iterator<Item = usize> + '_ {
         let beside = |cell: usize| self.patch.around(cell, BEYOND).any(|n| self.clean[n]);
         (0..self.near.len()).filter(move |&c| self.near[c] && !self.clean[c] && beside(c))
-    }
-
-    /// Whether all there is in a cell can be the pile's surface.
-    fn is_clean(&self, cell: usize) -> bool {
-        let held = matches!(self.patch.zones[cell], Zone::Core | Zone::Toe);
-        let seen = !self.patch.heights_m[cell].is_nan();
-        held && seen && !self.patch.walls[cell] && !self.is_steep(cell)
-    }
-
-    /// Whether the points of a cell lie farther apart than on the steepest pile.
-    fn is_steep(&self, cell: usize) -> bool {
-        let heights = || self.points.get(&cell).into_iter().flatten().map(|p| p[2]);
-        let relief = heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min);
-        relief > self.margin_m + STEEPEST * self.patch.grid.cell_m
     }
 
     fn end(&self, cell: usize) -> Option<End> {
@@ -127,10 +168,11 @@ impl<'a> NearWalls<'a> {
 
     /// Points around a cell that lie above the pile's surface, below the wall's top.
     fn above(&self, surface: &Surface, cell: usize) -> Vec<[f64; 2]> {
-        let heights = self.patch.around(cell, BEYOND).map(|n| self.patch.heights_m[n]);
-        let top = heights.fold(f64::MIN, f64::max);
-        let points = self.patch.around(cell, 1).filter_map(|n| self.points.get(&n)).flatten();
-        let on_face = points.filter(|p| {
+        let over =
+            |n: usize| self.scene.faces.over(self.scene.grid.cell(&self.patch.grid.center(n)));
+        let top = self.patch.around(cell, BEYOND).flat_map(over).map(|p| p[2]);
+        let top = top.fold(f64::MIN, f64::max);
+        let on_face = self.patch.around(cell, 1).flat_map(over).filter(|p| {
             let low = surface.at([p[0], p[1]]);
             p[2] > low + self.margin_m && p[2] < low + LOWER * (top - low)
         });
@@ -160,7 +202,7 @@ impl Surface {
         let plane = weighted_plane(&local, weights, Kind::Ring)?;
         let mean = |k: usize| local.iter().map(|p| p[k]).sum::<f64>() / local.len() as f64;
         let from = [center_m[0] + mean(0), center_m[1] + mean(1)];
-        (plane[1].hypot(plane[2]) < STEEPEST).then_some(Self { plane, center_m, from })
+        (plane[1].hypot(plane[2]) < NEVER_STEEPER).then_some(Self { plane, center_m, from })
     }
 
     fn at(&self, p: [f64; 2]) -> f64 {
@@ -222,9 +264,10 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::tests::{CELL, settings};
-    use super::super::{Object, measure};
+    use super::super::{Found, Object, measure};
     use super::*;
-    use crate::heightmap::height_map;
+    use crate::heightmap::{bounds, height_map_within};
+    use crate::surface::{Hills, hills, surface_points};
 
     const STEP: f64 = CELL / 3.0;
 
@@ -263,14 +306,15 @@ mod tests {
     }
 
     fn pile(points: &[Point]) -> Object {
-        let map = height_map(points, CELL).unwrap();
-        let found = |(cell, &h): (usize, &f64)| {
-            let [x, y] = map.grid.center(cell);
-            let on_pile = h < 0.65 && (x - 4.0).hypot(y - 3.0) < 1.2;
-            if h > 0.05 { i32::from(!on_pile) } else { -1 }
-        };
-        let labels: Vec<i32> = map.heights_m.iter().enumerate().map(found).collect();
-        measure(&map.grid, &map.heights_m, &labels, points, &settings()).unwrap().remove(0)
+        let kept = surface_points(points, CELL, 0.0).unwrap();
+        let on =
+            |is: bool| points.iter().zip(&kept).filter(move |(_, k)| **k == is).map(|(p, _)| *p);
+        let surface: Vec<Point> = on(true).collect();
+        let all = bounds(points).unwrap();
+        let map = height_map_within(&surface, &all, CELL).unwrap();
+        let Hills { labels, ground, .. } = hills(&map.grid, &map.heights_m).unwrap();
+        let found = Found { labels, ground, surface, loose: on(false).collect() };
+        measure(&map.grid, &map.heights_m, &found, &settings()).unwrap().remove(0)
     }
 
     #[test]

@@ -21,14 +21,14 @@ const BETWEEN: f64 = 0.289;
 
 /// Takes flat-topped objects with steep sides for what their tops cover, in place of their volume
 /// by the height of their cells.
-pub fn trim_flat_tops(grid: &Grid, points: &[Point], objects: &mut [Object], margin_m: f64) {
+pub(crate) fn trim(grid: &Grid, points: &[Point], objects: &mut [Object], margin_m: f64) {
     let steep = objects.iter_mut().filter(|o| o.reason == Some(Reason::SteepSides));
     let mut flat: Vec<(&mut Object, f64)> =
         steep.filter_map(|o| flat_top(o, margin_m).map(|height_m| (o, height_m))).collect();
     let points = points_over(grid, points, flat.iter().map(|(object, _)| &**object));
     for (object, height_m) in &mut flat {
         let cells = covered(grid, &on_top(grid, &points, object, *height_m, margin_m));
-        trim(object, *height_m, cells * grid.cell_m * grid.cell_m);
+        shrink(object, *height_m, cells * grid.cell_m * grid.cell_m);
     }
 }
 
@@ -98,7 +98,7 @@ fn covered(grid: &Grid, on_top: &[f64]) -> f64 {
 }
 
 /// What lies beyond the top was counted too much: trimming never adds.
-fn trim(object: &mut Object, height_m: f64, area_m2: f64) {
+fn shrink(object: &mut Object, height_m: f64, area_m2: f64) {
     let volume = Volume { cut_m3: height_m * area_m2, fill_m3: 0.0, area_m2 };
     let between_m3 = object.volume.net_m3() - volume.net_m3();
     if between_m3 <= 0.0 {
@@ -112,7 +112,7 @@ fn trim(object: &mut Object, height_m: f64, area_m2: f64) {
 #[cfg(test)]
 mod tests {
     use super::super::tests::{CELL, settings};
-    use super::super::{Reason, measure};
+    use super::super::{Found, Reason, measure};
     use super::*;
     use crate::heightmap::height_map;
 
@@ -142,11 +142,12 @@ mod tests {
         let map = height_map(&points, CELL).unwrap();
         let labels: Vec<i32> =
             map.heights_m.iter().map(|&h| if h > 0.05 { 0 } else { -1 }).collect();
-        let mut objects = measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap();
+        let mut objects =
+            measure(&map.grid, &map.heights_m, &Found::on_all_else(labels), &settings()).unwrap();
         assert_eq!(objects[0].reason, Some(Reason::SteepSides));
         assert!(objects[0].volume.net_m3() > 1.02 * 2.4, "{:?}", objects[0].volume);
         let (before, untrimmed) = (objects[0].budget.footprint_m3, objects[0].volume.net_m3());
-        trim_flat_tops(&map.grid, &points, &mut objects, 0.03);
+        trim(&map.grid, &points, &mut objects, 0.03);
         let volume = objects[0].volume.net_m3();
         assert!((volume / 2.4 - 1.0).abs() < 0.02, "{volume}, untrimmed {untrimmed}");
         assert!((objects[0].footprint_m2 / 3.0 - 1.0).abs() < 0.02);

@@ -226,7 +226,9 @@ pub(crate) fn with_hidden_flanks(
     piles: &BTreeMap<i32, Base>,
 ) -> Vec<i32> {
     let grid = scene.grid;
-    let unseen = |cell: usize| scene.heights_m[cell].is_nan() && !scene.beyond[cell];
+    let unseen = |cell: usize| {
+        scene.heights_m[cell].is_nan() && !scene.beyond[cell] && !scene.faces.bars[cell]
+    };
     let open = open(grid, unseen, |cell| labels[cell] != NOBODY);
     let above = |label: i32, cell: usize| {
         piles.get(&label).map_or(f64::NAN, |b| scene.heights_m[cell] - b.at(grid.center(cell)))

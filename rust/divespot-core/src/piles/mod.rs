@@ -12,6 +12,7 @@ mod crease;
 mod face;
 mod flat_top;
 mod floating;
+mod found;
 mod gaps;
 mod hidden;
 mod nodes;
@@ -25,18 +26,18 @@ mod ring;
 mod sectors;
 mod shadow;
 mod shape;
-mod spike;
 mod surface;
 mod territory;
+mod things;
 mod valley;
 mod wall;
 mod waves;
 
 pub use base::{Base, Kind};
+pub(crate) use base::{value, weighted_plane};
 pub use budget::Budget;
-pub use flat_top::trim_flat_tops;
+pub use found::Found;
 pub use object::Object;
-use pieces::flow_down;
 pub use pieces::pieces;
 pub use region::{Region, Ring, measure_inside};
 pub use shape::Reason;
@@ -44,14 +45,14 @@ pub use surface::Surface;
 
 use std::collections::BTreeMap;
 
-use crate::Point;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
+pub(crate) use hidden::beyond;
 use object::{object, why_no_pile};
-pub(crate) use patch::flood;
 use patch::{Patch, Reach, Scene};
 use ring::ring_plane;
-pub(crate) use territory::{FOUR, NOBODY, Territory};
+pub(crate) use territory::{EIGHT, FOUR, NOBODY, Territory};
+use things::Things;
 
 /// How objects are measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,42 +70,65 @@ pub struct Settings {
     pub compared: Vec<Option<Base>>,
     /// The base where a ring says nothing.
     pub ground: Base,
+    /// Pieces of a thing with no wider gap between them, in cells, are one.
+    pub link_cells: u32,
+    /// A thing of fewer cells is none.
+    pub fewest_cells: usize,
 }
 
-/// Measures every object in a levelled height map of `points`.
+/// Measures every object in a levelled height map, and the things off its surface.
 ///
-/// `heights_m` and `labels` hold one value a cell: the height, NaN where nothing was seen; the
-/// object's number, or -1. Objects come by number.
+/// `heights_m` holds one value a cell: the height of the surface, NaN where nothing was seen.
+/// Objects come by number, then the things.
 ///
 /// # Errors
 ///
-/// A number of heights or labels that is not the number of cells.
+/// A number of heights, labels or ground cells that is not the number of cells.
 pub fn measure(
     grid: &Grid,
     heights_m: &[f64],
-    labels: &[i32],
-    points: &[Point],
+    found: &Found,
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    let scene = Scene::new(grid, heights_m)?;
-    if labels.len() != grid.len() {
+    if found.labels.len() != grid.len() || found.ground.len() != grid.len() {
         return Err(Error::Degenerate("one label for each cell is needed"));
     }
-    let found = patches(&scene, labels, settings);
+    let mut objects = measured(grid, heights_m, found, settings)?;
+    if found.loose.is_empty() {
+        shadow::mark(grid, heights_m, &mut objects);
+        return Ok(objects);
+    }
+    let things = Things::of(grid, heights_m, found, settings);
+    objects.extend(things.measured(settings)?);
+    shadow::mark(grid, &things.with_things_m, &mut objects);
+    Ok(objects)
+}
+
+fn measured(
+    grid: &Grid,
+    heights_m: &[f64],
+    found: &Found,
+    settings: &Settings,
+) -> Result<Vec<Object>> {
+    let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
+    let open = found.open(&scene.heights_m);
+    let whole = patches(&scene, &found.labels, &open, settings);
     // Where no toe is wanted, an object is what was found (paper).
     if settings.toe_cells == 0 {
-        return Ok(found.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
+        return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
-    let whole = patches(&scene, &with_flanks(&scene, labels, &found, settings), settings);
-    let pairs = found.into_iter().zip(whole);
-    let alone = pairs.flat_map(|((n, found), (_, whole))| {
-        alone::alone(found, whole, points, settings).into_iter().map(move |pair| (n, pair))
+    let labels = clear_of_ground(&scene, &found.labels, &whole, settings);
+    let found = patches(&scene, &labels, &open, settings);
+    let labels = with_flanks(&scene, &labels, &found, settings);
+    let whole: BTreeMap<i32, Patch> =
+        patches(&scene, &labels, &open, settings).into_iter().collect();
+    let pairs = found.into_iter().filter_map(|(n, found)| Some((n, found, whole.get(&n)?.clone())));
+    let alone = pairs.flat_map(|(n, found, whole)| {
+        alone::alone(found, whole, &scene, settings).into_iter().map(move |pair| (n, pair))
     });
     let mut objects: Vec<Object> =
         alone.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
     clear::mark(&mut objects, settings);
-    shadow::mark(&scene, &mut objects);
-    floating::mark(grid, points, &mut objects, settings.margin_m);
     Ok(objects)
 }
 
@@ -116,37 +140,57 @@ pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
     map
 }
 
-/// The labels, and with them the cells that flow down from each object to the ground around it,
-/// seen or hidden behind it. Walls that a pile hangs together with have no such flank.
+/// The labels of the cells that stand clear of the ground around each object, and of faces.
+fn clear_of_ground(
+    scene: &Scene<'_>,
+    labels: &[i32],
+    whole: &[(i32, Patch)],
+    settings: &Settings,
+) -> Vec<i32> {
+    let bases = bases(whole, settings);
+    let clear = |(cell, &label): (usize, &i32)| {
+        let base = bases.get(&label)?;
+        let above_m = scene.heights_m[cell] - base.at(scene.grid.center(cell));
+        let clear = above_m > settings.margin_m || above_m.is_nan();
+        (clear && !scene.faces.is[cell]).then_some(label)
+    };
+    labels.iter().enumerate().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
+}
+
+/// The plane of the ground around each object.
+fn bases(patches: &[(i32, Patch)], settings: &Settings) -> BTreeMap<i32, Base> {
+    let ground = || settings.ground.clone();
+    let local = |patch: &Patch| ring_plane(patch).map_or_else(ground, |(base, _)| base);
+    patches.iter().map(|(n, patch)| (*n, local(patch))).collect()
+}
+
+/// The labels, and with them the hidden cells over which each pile runs down to the ground.
 fn with_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
     found: &[(i32, Patch)],
     settings: &Settings,
 ) -> Vec<i32> {
-    let ground = || settings.ground.clone();
-    let local = |patch: &Patch| ring_plane(patch).map_or_else(ground, |(base, _)| base);
-    let mut bases: BTreeMap<i32, Base> = found.iter().map(|(n, p)| (*n, local(p))).collect();
-    let no_pile = |(n, patch): &&(i32, Patch)| why_no_pile(patch, &bases[n], settings).is_some();
-    let (others, piles): (Vec<_>, Vec<_>) = found.iter().partition(no_pile);
-    let mut labels = labels.to_vec();
-    for cell in piles.iter().flat_map(|(_, p)| wall::found_walls(p, settings.margin_m)) {
-        labels[scene.grid.cell(&cell)] = NOBODY;
-    }
-    let clear = |n: i32, cell: usize| {
-        let base = bases.get(&n).unwrap_or(&settings.ground);
-        scene.heights_m[cell] > base.at(scene.grid.center(cell)) + settings.margin_m
-    };
-    let labels = flow_down(scene.grid, &scene.heights_m, &labels, clear);
+    let mut bases = bases(found, settings);
     // Only a pile stands at an angle of repose.
-    others.iter().for_each(|(n, _)| drop(bases.remove(n)));
-    hidden::with_hidden_flanks(scene, &labels, &bases)
+    for (n, patch) in found {
+        if why_no_pile(patch, &bases[n], settings).is_some() {
+            bases.remove(n);
+        }
+    }
+    hidden::with_hidden_flanks(scene, labels, &bases)
 }
 
-fn patches(scene: &Scene<'_>, labels: &[i32], settings: &Settings) -> Vec<(i32, Patch)> {
+fn patches(
+    scene: &Scene<'_>,
+    labels: &[i32],
+    open: &[bool],
+    settings: &Settings,
+) -> Vec<(i32, Patch)> {
     let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
     let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
-    Patch::all(scene, labels, &Territory::grow(scene.grid, labels, farthest), &reach)
+    let territory = Territory::grow(scene.grid, labels, |cell| open[cell], farthest);
+    Patch::all(scene, labels, &territory, &reach)
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! The part of the height map around one object.
 
 use super::base::Base;
+use super::face::Faces;
+use super::found::Found;
 use super::hidden;
 use super::region::Part;
 use super::territory::{FOUR, NOBODY, Territory};
@@ -32,7 +34,7 @@ pub(crate) struct Patch {
     pub(crate) beyond: Vec<bool>,
     /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
     pub(crate) border: Vec<bool>,
-    /// Cells of walls at the core's edge and in its toe's place.
+    /// Cells in which a face rises.
     pub(crate) walls: Vec<bool>,
     /// The plane through the ring, if it was sought; it holds while the core stays as it is.
     pub(crate) plane: Option<Base>,
@@ -46,16 +48,27 @@ pub(crate) struct Scene<'a> {
     pub(crate) heights_m: Vec<f64>,
     /// Cells outside the convex hull of what was seen.
     pub(crate) beyond: Vec<bool>,
+    /// Where faces rise from the surface.
+    pub(crate) faces: Faces,
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of a height map with one height a cell; cells that are nearly alone count as unseen.
-    pub(crate) fn new(grid: &'a Grid, heights_m: &[f64]) -> Result<Self> {
+    /// The scene of a height map with one height a cell; cells that are nearly alone count as unseen,
+    /// and so do those in which a face rises: their mean height is that of neither.
+    pub(crate) fn new(
+        grid: &'a Grid,
+        heights_m: &[f64],
+        found: &Found,
+        margin_m: f64,
+    ) -> Result<Self> {
         if heights_m.len() != grid.len() {
             return Err(Error::Degenerate("one height for each cell is needed"));
         }
-        let heights_m = hidden::without_lone(grid, heights_m);
-        Ok(Self { grid, beyond: hidden::beyond(grid, &heights_m), heights_m })
+        let mut heights_m = hidden::without_lone(grid, heights_m);
+        let beyond = hidden::beyond(grid, &heights_m);
+        let faces = Faces::of(grid, &heights_m, found, margin_m);
+        (0..grid.len()).filter(|&c| faces.is[c]).for_each(|c| heights_m[c] = f64::NAN);
+        Ok(Self { grid, heights_m, beyond, faces })
     }
 }
 
@@ -133,7 +146,7 @@ impl Patch {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
-            walls: vec![false; cells.len()],
+            walls: cells.iter().map(|&cell| scene.faces.is[cell]).collect(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
             plane: None,

@@ -3,7 +3,7 @@
 //! A cluster that HDBSCAN keeps whole takes along what lies as far off as its nearest neighbour
 //! cluster does: single cells of noise, each of which would be given a toe of its own.
 
-use super::territory::{FOUR, NOBODY};
+use super::territory::NOBODY;
 use crate::heightmap::Grid;
 
 /// Splits every object into pieces with no gap wider than `gap` cells, numbered by size.
@@ -23,36 +23,6 @@ pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> 
         piece.into_iter().for_each(|cell| out[cell] = label);
     }
     out
-}
-
-/// The labels with every object given the nobody's cells that lie downhill of its own, as far as
-/// they are `clear` of the ground for it.
-///
-/// Points are far apart on a steep flank, so that clusters end where it begins. Uphill nothing is
-/// taken: a wall that an object leans on is not its own.
-pub(crate) fn flow_down(
-    grid: &Grid,
-    heights_m: &[f64],
-    labels: &[i32],
-    clear: impl Fn(i32, usize) -> bool,
-) -> Vec<i32> {
-    let mut labels = labels.to_vec();
-    let mut front: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] != NOBODY).collect();
-    front.sort_by_key(|&cell| labels[cell]);
-    while !front.is_empty() {
-        let mut next = Vec::new();
-        for cell in front {
-            for n in FOUR.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)) {
-                let downhill = heights_m[n] <= heights_m[cell];
-                if labels[n] == NOBODY && downhill && clear(labels[cell], n) {
-                    labels[n] = labels[cell];
-                    next.push(n);
-                }
-            }
-        }
-        front = next;
-    }
-    labels
 }
 
 /// The piece that `first` belongs to, taken out of `left`.
@@ -97,14 +67,5 @@ mod tests {
         assert_eq!(pieces(&grid, &labels, 1, 2), whole);
         assert_eq!(pieces(&grid, &labels, 1, 7), [-1; 20]);
         assert_eq!(pieces(&grid, &labels, 2, 6)[16], 0);
-    }
-
-    #[test]
-    fn a_flank_is_taken_and_a_wall_is_not() {
-        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 7, rows: 1 };
-        let heights = [0.0, 3.0, 7.0, 9.0, 9.5, f64::NAN, 1.0];
-        let labels = [-1, -1, -1, 4, -1, -1, -1];
-        let labels = flow_down(&grid, &heights, &labels, |_, cell| heights[cell] > 1.0);
-        assert_eq!(labels, [-1, 4, 4, 4, -1, -1, -1]);
     }
 }

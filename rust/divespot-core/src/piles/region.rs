@@ -1,9 +1,9 @@
 //! Measuring inside given outlines instead of finding objects.
 
-use super::Settings;
 use super::object::{Object, object, on_base};
 use super::patch::{Patch, Reach, Scene, Zone};
 use super::territory::{NOBODY, Territory};
+use super::{Found, Settings};
 use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
@@ -184,7 +184,8 @@ pub fn measure_inside(
     regions: &[Region],
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    let scene = Scene::new(grid, heights_m)?;
+    let nothing = Found::on_all_else(vec![NOBODY; grid.len()]);
+    let scene = Scene::new(grid, heights_m, &nothing, settings.margin_m)?;
     let parts: Vec<Vec<(usize, Part)>> =
         regions.iter().zip(1..).map(|(region, n)| region.parts(grid, n)).collect::<Result<_>>()?;
     let mut labels = vec![NOBODY; grid.len()];
@@ -215,7 +216,7 @@ fn patch(
         (labels[cell], counts[cell]) = (OWN, part);
     }
     let reach = Reach::each(&labels, 0, settings.ring_share);
-    let territory = Territory::grow(scene.grid, &labels, reach[0].farthest());
+    let territory = Territory::grow(scene.grid, &labels, |_| true, reach[0].farthest());
     let (_, mut patch) = Patch::all(scene, &labels, &territory, &reach).into_iter().next()?;
     patch.count_parts(|center| counts[scene.grid.cell(&center)]);
     Some(patch)

@@ -7,9 +7,10 @@
 
 use std::collections::BTreeSet;
 
-use super::patch::Scene;
+use super::hidden::beyond;
 use super::{Object, Reason};
 use crate::count::to_f64;
+use crate::heightmap::Grid;
 
 /// An object's summit is the highest of its cells, this share of them.
 const SUMMIT: f64 = 0.05;
@@ -17,17 +18,21 @@ const SUMMIT: f64 = 0.05;
 const NEAR: usize = 3;
 
 /// Gives the reason to every object whose summit borders the shadow of a higher, steep one.
-pub(crate) fn mark(scene: &Scene<'_>, objects: &mut [Object]) {
-    let shadows = Shadows::of(scene);
+///
+/// What lies around most of a shadow's edge has something over it, and is no veil beside it.
+pub(crate) fn mark(grid: &Grid, heights_m: &[f64], objects: &mut [Object]) {
+    let shadows = Shadows::of(grid, heights_m);
     let steep = objects.iter().filter(|o| o.reason == Some(Reason::SteepSides));
     let cast: Vec<(f64, BTreeSet<usize>)> = steep
         .map(|o| (o.max_height_m, o.covers_m.iter().flat_map(|p| shadows.near(p)).collect()))
         .collect();
     for object in objects.iter_mut().filter(|o| o.reason.is_none()) {
         let higher = cast.iter().filter(|(height_m, _)| *height_m > object.max_height_m);
-        let around: BTreeSet<usize> = higher.flat_map(|(_, shadows)| shadows).copied().collect();
+        let mut beside: BTreeSet<usize> =
+            higher.flat_map(|(_, shadows)| shadows).copied().collect();
+        beside.retain(|&shadow| !shadows.is_within(shadow, object));
         let top = summit(object);
-        let borders = top.iter().filter(|p| shadows.near(p).any(|s| around.contains(&s))).count();
+        let borders = top.iter().filter(|p| shadows.near(p).any(|s| beside.contains(&s))).count();
         if 2 * borders > top.len() {
             object.reason = Some(Reason::Shadow);
         }
@@ -43,35 +48,49 @@ fn summit(object: &Object) -> Vec<[f64; 3]> {
 
 /// Connected regions of cells that were not seen, though the scan goes on around them.
 struct Shadows<'a> {
-    scene: &'a Scene<'a>,
+    grid: &'a Grid,
     /// The region of each unseen cell, by its first cell.
     region: Vec<Option<usize>>,
 }
 
 impl<'a> Shadows<'a> {
-    fn of(scene: &'a Scene<'a>) -> Self {
-        let mut shadows = Self { scene, region: vec![None; scene.heights_m.len()] };
-        for first in 0..scene.heights_m.len() {
-            shadows.spread(first);
+    fn of(grid: &'a Grid, heights_m: &[f64]) -> Self {
+        let beyond = beyond(grid, heights_m);
+        let unseen: Vec<bool> =
+            heights_m.iter().zip(beyond).map(|(h, b)| h.is_nan() && !b).collect();
+        let mut shadows = Self { grid, region: vec![None; grid.len()] };
+        for first in 0..grid.len() {
+            shadows.spread(first, &unseen);
         }
         shadows
     }
 
-    fn spread(&mut self, first: usize) {
+    fn spread(&mut self, first: usize, unseen: &[bool]) {
         let mut front = vec![first];
         while let Some(cell) = front.pop() {
-            let unseen = self.scene.heights_m[cell].is_nan() && !self.scene.beyond[cell];
-            if unseen && self.region[cell].is_none() {
+            if unseen[cell] && self.region[cell].is_none() {
                 self.region[cell] = Some(first);
-                front.extend(self.scene.grid.around(cell, 1));
+                front.extend(self.grid.around(cell, 1));
             }
         }
     }
 
+    /// Whether an object lies around most of a shadow's edge.
+    fn is_within(&self, shadow: usize, object: &Object) -> bool {
+        let covers: BTreeSet<usize> =
+            object.covers_m.iter().map(|p| self.grid.cell(&p[..])).collect();
+        let inside = |&cell: &usize| self.region[cell] == Some(shadow);
+        let edge: BTreeSet<usize> = (0..self.region.len())
+            .filter(inside)
+            .flat_map(|cell| self.grid.around(cell, 1))
+            .filter(|cell| !inside(cell))
+            .collect();
+        2 * edge.intersection(&covers).count() > edge.len()
+    }
+
     /// The shadows that a place borders.
     fn near(&self, p: &[f64; 3]) -> impl Iterator<Item = usize> + '_ {
-        let cell = self.scene.grid.cell(p);
-        self.scene.grid.around(cell, NEAR).filter_map(|n| self.region[n])
+        self.grid.around(self.grid.cell(p), NEAR).filter_map(|n| self.region[n])
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::patch::{Patch, Zone};
 use super::wall;
+use crate::material::NEVER_STEEPER;
 
 /// Poured material runs out to the ground. The rim of what stands clear of the ground is therefore
 /// low: at most this share of the object's height.
@@ -10,10 +11,6 @@ const LOW: f64 = 0.35;
 const HIGH_SHARE: f64 = 0.5;
 /// The object's height is the one that this share of its cells stays below.
 const TOP: f64 = 0.95;
-
-/// No bulk material stands steeper than 60°, rise over run. So no pile is higher than this many times
-/// the radius of a disc as large as it is: a rod with a skirt of flying pixels is.
-pub(crate) const STEEPEST: f64 = 1.732;
 
 /// Why an object is no pile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,8 +21,10 @@ pub enum Reason {
     Thin,
     /// Its summit borders the shadow of something steep: haze, or a pile that is half hidden.
     Shadow,
-    /// The ground was seen below it.
+    /// The surface was seen below it.
     Floating,
+    /// It hangs together with no surface that can be walked from the ground.
+    Apart,
     /// Too little of it was seen for a volume that could be answered for.
     TooLittleSeen,
     /// Its volume is not clear of its own uncertainty, or its mean height not of the margin within
@@ -40,7 +39,9 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option
         return Some(Reason::Thin);
     }
     let top = top(patch, above);
-    if top > STEEPEST * radius(patch) {
+    // No pile is higher than this for the radius of a disc as large as it is: a rod with a skirt of
+    // flying pixels is.
+    if top > NEVER_STEEPER * radius(patch) {
         return Some(Reason::SteepSides);
     }
     let low = (LOW * top).max(2.0 * margin_m);

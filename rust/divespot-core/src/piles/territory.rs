@@ -19,9 +19,14 @@ pub(crate) const EIGHT: [(isize, isize); 8] =
     [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
 impl Territory {
-    /// Grows every labelled object by up to `reach` steps; where two meet, each keeps what it
-    /// came to first, and the lower label wins a tie.
-    pub(crate) fn grow(grid: &Grid, labels: &[i32], reach: u32) -> Self {
+    /// Grows every labelled object by up to `reach` steps over `open` cells; where two meet, each
+    /// keeps what it came to first, and the lower label wins a tie.
+    pub(crate) fn grow(
+        grid: &Grid,
+        labels: &[i32],
+        open: impl Fn(usize) -> bool,
+        reach: u32,
+    ) -> Self {
         let mut owner = labels.to_vec();
         let mut steps: Vec<u32> =
             labels.iter().map(|&l| if l < 0 { u32::MAX } else { 0 }).collect();
@@ -33,7 +38,7 @@ impl Territory {
             for &cell in &front {
                 for &(dx, dy) in around {
                     let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
-                    if owner[n] == NOBODY {
+                    if owner[n] == NOBODY && open(n) {
                         owner[n] = owner[cell];
                         steps[n] = step;
                         next.push(n);
@@ -58,7 +63,7 @@ mod tests {
     fn a_cell_grows_to_a_near_circle() {
         let mut labels = vec![NOBODY; grid().len()];
         labels[20 * 41 + 20] = 0;
-        let territory = Territory::grow(&grid(), &labels, 16);
+        let territory = Territory::grow(&grid(), &labels, |_| true, 16);
         for (cell, &steps) in territory.steps.iter().enumerate().filter(|(_, s)| **s <= 16) {
             let [x, y] = grid().center(cell);
             let distance = (x - 20.5).hypot(y - 20.5);
@@ -74,7 +79,7 @@ mod tests {
         let mut labels = vec![NOBODY; grid().len()];
         labels[20 * 41 + 10] = 1;
         labels[20 * 41 + 30] = 0;
-        let territory = Territory::grow(&grid(), &labels, 30);
+        let territory = Territory::grow(&grid(), &labels, |_| true, 30);
         assert_eq!(territory.owner[20 * 41 + 19], 1);
         assert_eq!(territory.owner[20 * 41 + 20], 0);
         assert_eq!(territory.owner[20 * 41 + 21], 0);

@@ -22,7 +22,7 @@ pub(crate) fn exact(height: impl Fn(f64, f64) -> f64) -> HeightMap {
 pub(crate) fn measured(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Vec<Object> {
     let labels = labels(map, |x, y| if found(x, y) { 0 } else { NOBODY });
     let labels = pieces(&map.grid, &labels, 0, 9);
-    measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap()
+    measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings()).unwrap()
 }
 
 fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
@@ -31,7 +31,16 @@ fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
 
 pub(crate) fn settings() -> Settings {
     let ground = Base::ground(0.0, 0.0, 0.0);
-    Settings { toe_cells: 4, ring_share: 0.2, margin_m: 0.03, base: None, compared: vec![], ground }
+    Settings {
+        toe_cells: 4,
+        ring_share: 0.2,
+        margin_m: 0.03,
+        base: None,
+        compared: vec![],
+        ground,
+        link_cells: 1,
+        fewest_cells: 20,
+    }
 }
 
 fn cone(x: f64, y: f64) -> f64 {
@@ -43,7 +52,9 @@ const CONE_M3: f64 = std::f64::consts::PI * 1.44 * 0.6 / 3.0;
 fn cone_on(floor: impl Fn(f64, f64) -> f64) -> Object {
     let map = map(|x, y| cone(x, y) + floor(x, y));
     let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
-    measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap().remove(0)
+    measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
+        .unwrap()
+        .remove(0)
 }
 
 use territory::NOBODY;
@@ -85,7 +96,8 @@ fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
         }
     };
     let objects =
-        measure(&map.grid, &map.heights_m, &labels(&map, label), &[], &settings()).unwrap();
+        measure(&map.grid, &map.heights_m, &Found::on_all_else(labels(&map, label)), &settings())
+            .unwrap();
     let reasons: Vec<_> = objects.iter().map(|o| o.reason).collect();
     assert_eq!(reasons, [None, Some(Reason::SteepSides), Some(Reason::Thin)]);
     assert!((objects[1].volume.net_m3() - 0.8).abs() < 1e-9);
@@ -98,7 +110,10 @@ fn a_rod_with_a_skirt_is_no_pile() {
     let rod = |x: f64, y: f64| (1.5 - 4.0 * (x - 4.0).hypot(y - 3.0)).max(0.0);
     let map = map(rod);
     let labels = labels(&map, |x, y| if rod(x, y) > 0.05 { 0 } else { NOBODY });
-    let object = measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap().remove(0);
+    let object =
+        measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
+            .unwrap()
+            .remove(0);
     assert_eq!(object.reason, Some(Reason::SteepSides));
 }
 
@@ -106,14 +121,20 @@ fn a_rod_with_a_skirt_is_no_pile() {
 fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
     let mut map = map(|x, y| cone(x, y) + 1.0);
     let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
-    let whole = measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap().remove(0);
+    let whole =
+        measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
+            .unwrap()
+            .remove(0);
     for cell in 0..map.grid.len() {
         let [x, y] = map.grid.center(cell);
         if (x - 4.5).hypot(y - 3.0) < 0.2 {
             map.heights_m[cell] = f64::NAN;
         }
     }
-    let holed = measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap().remove(0);
+    let holed =
+        measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
+            .unwrap()
+            .remove(0);
     assert!((holed.volume.net_m3() / whole.volume.net_m3() - 1.0).abs() < 0.01);
     assert!(holed.seen_fraction < 0.98 && holed.seen_fraction > 0.95);
     assert!(whole.budget.filled_m3 == 0.0 && holed.budget.filled_m3 > 0.0);
@@ -123,11 +144,18 @@ fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
 #[test]
 fn labels_must_match_the_map_and_may_name_nothing() {
     let map = map(|_, _| 0.0);
-    assert!(measure(&map.grid, &map.heights_m, &[0; 3], &[], &settings()).is_err());
     assert!(
-        measure(&map.grid, &map.heights_m, &vec![NOBODY; map.grid.len()], &[], &settings())
-            .unwrap()
-            .is_empty()
+        measure(&map.grid, &map.heights_m, &Found::on_all_else(vec![0; 3]), &settings()).is_err()
+    );
+    assert!(
+        measure(
+            &map.grid,
+            &map.heights_m,
+            &Found::on_all_else(vec![NOBODY; map.grid.len()]),
+            &settings()
+        )
+        .unwrap()
+        .is_empty()
     );
 }
 
@@ -185,14 +213,18 @@ fn bases_are_compared_and_what_all_share_is_held_against_the_ground_around() {
     let compared =
         vec![None, Some(Base::ground(0.0, 0.0, 0.001)), Some(Base::ground(0.02, 0.0, 0.001))];
     let settings = Settings { compared, base: Some(Base::ground(0.0, 0.0, 0.001)), ..settings() };
-    let object = measure(&map.grid, &map.heights_m, &labels, &[], &settings).unwrap().remove(0);
+    let object = measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings)
+        .unwrap()
+        .remove(0);
     let [local, low, level] = object.compared_m3[..] else { panic!("{object:?}") };
     assert!((local - level).abs() < 1e-6 && low == object.volume.net_m3());
     assert!((object.base.u_level_m - 0.02).abs() < 1e-9);
     assert!(object.budget.base_m3 > 0.9 * (low - level));
     let given = Base::plane(0.0, [0.0; 2], 0.0, 0.001, Kind::Given);
     let settings = Settings { base: Some(given), ..settings };
-    let object = measure(&map.grid, &map.heights_m, &labels, &[], &settings).unwrap().remove(0);
+    let object = measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings)
+        .unwrap()
+        .remove(0);
     assert!((object.base.u_level_m - 0.001).abs() < 1e-12);
     let below = base_map(&map.grid, &[object]);
     assert!(below.iter().any(|b| b.is_nan()) && below.contains(&0.0));
@@ -211,7 +243,9 @@ fn an_earlier_surface_is_the_base_waves_and_all() {
     let volume = |points: &[crate::Point]| {
         let base = Base::on(Surface::through(points, full.grid).unwrap(), 0.0);
         let settings = Settings { base: Some(base), ..settings() };
-        measure(&full.grid, &full.heights_m, &labels, &[], &settings).unwrap().remove(0)
+        measure(&full.grid, &full.heights_m, &Found::on_all_else(labels.clone()), &settings)
+            .unwrap()
+            .remove(0)
     };
     let whole = volume(&points);
     assert!((whole.volume.net_m3() / CONE_M3 - 1.0).abs() < 2e-3);
@@ -235,7 +269,9 @@ fn half_seen(seen: impl Fn(f64, f64) -> bool) -> Object {
         .map(|cell| (map.grid.center(cell), map.heights_m[cell]))
         .map(|([x, y], h)| if h > 1.05 + 0.01 * x && cone(x, y) > 0.05 { 0 } else { NOBODY })
         .collect();
-    measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap().remove(0)
+    measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
+        .unwrap()
+        .remove(0)
 }
 
 /// The shadow behind the cone, `from` away from its axis.
@@ -279,7 +315,8 @@ fn a_large_pile_far_away_changes_nothing() {
     let map = map(|x, y| cone(x, y) + crumb(x, y) + 0.01 * (3.0 * x).sin() * (2.0 * y).cos());
     let measured = |label: &dyn Fn(f64, f64) -> i32| {
         let labels = labels(&map, label);
-        measure(&map.grid, &map.heights_m, &labels, &[], &settings()).unwrap()
+        measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
+            .unwrap()
     };
     let is_crumb = |x, y| crumb(x, y) > 0.05;
     let alone = measured(&|x, y| if is_crumb(x, y) { 0 } else { NOBODY });

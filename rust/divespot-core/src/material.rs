@@ -1,0 +1,6 @@
+//! The angles at which bulk material lies, as rise over run.
+
+/// The steepest ground: 7.5°, half of the flattest angle of repose (15°).
+pub(crate) const GENTLE: f64 = 0.13;
+/// No bulk material stands steeper than 60°, cohesive soil and damp fines included.
+pub(crate) const NEVER_STEEPER: f64 = 1.732;

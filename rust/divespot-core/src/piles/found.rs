@@ -1,0 +1,38 @@
+//! What was found in a height map, to be measured.
+
+use super::territory::NOBODY;
+use crate::Point;
+
+/// Objects, the ground that they stand on, and what is no part of the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The object that each cell belongs to, or -1.
+    pub labels: Vec<i32>,
+    /// Whether a cell is ground.
+    pub ground: Vec<bool>,
+    /// The points of the surface.
+    pub surface: Vec<Point>,
+    /// The points that lie off it.
+    pub loose: Vec<Point>,
+}
+
+impl Found {
+    /// Objects that stand on whatever is none of theirs.
+    #[must_use]
+    pub fn on_all_else(labels: Vec<i32>) -> Self {
+        let ground = labels.iter().map(|&label| label == NOBODY).collect();
+        Self { labels, ground, surface: Vec::new(), loose: Vec::new() }
+    }
+
+    /// Whether a cell is part of a bank that leads to higher ground.
+    pub(crate) fn is_bank(&self, cell: usize) -> bool {
+        !self.ground[cell] && self.labels[cell] == NOBODY
+    }
+
+    /// The cells that an object's toe or the ground around it may lie in: banks and faces part an
+    /// object from the ground behind them.
+    pub(crate) fn open(&self, heights_m: &[f64]) -> Vec<bool> {
+        let open = |cell: usize| !self.is_bank(cell) || heights_m[cell].is_nan();
+        (0..heights_m.len()).map(open).collect()
+    }
+}

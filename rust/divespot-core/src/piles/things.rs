@@ -1,0 +1,76 @@
+//! Things: what rises from the surface, or hangs over it, and is no bulk material.
+
+use super::object::Object;
+use super::territory::NOBODY;
+use super::{Found, Reason, Settings, flat_top, floating, measured, pieces};
+use crate::Point;
+use crate::error::Result;
+use crate::heightmap::Grid;
+
+/// The connected pieces of what lies above a surface.
+pub(crate) struct Things<'a> {
+    grid: &'a Grid,
+    surface_m: &'a [f64],
+    loose: &'a [Point],
+    found: Found,
+    /// The mean height of the things where there are any, and of the surface elsewhere.
+    pub(crate) with_things_m: Vec<f64>,
+}
+
+impl<'a> Things<'a> {
+    pub(crate) fn of(
+        grid: &'a Grid,
+        surface_m: &'a [f64],
+        found: &'a Found,
+        settings: &Settings,
+    ) -> Self {
+        let above = Above::of(grid, surface_m, &found.loose);
+        let labels = pieces(grid, &above.labels(), settings.link_cells, settings.fewest_cells);
+        let is_thing = |cell: usize| labels[cell] != NOBODY;
+        let height = |cell| if is_thing(cell) { above.mean(cell) } else { surface_m[cell] };
+        let with_things_m = (0..grid.len()).map(height).collect();
+        let ground = (0..grid.len()).map(|c| found.ground[c] && !is_thing(c)).collect();
+        let standing = Found { labels, ground, surface: Vec::new(), loose: Vec::new() };
+        Self { grid, surface_m, loose: &found.loose, found: standing, with_things_m }
+    }
+
+    /// Measures each; none is a pile.
+    pub(crate) fn measured(&self, settings: &Settings) -> Result<Vec<Object>> {
+        let mut objects = measured(self.grid, &self.with_things_m, &self.found, settings)?;
+        for object in &mut objects {
+            object.reason.get_or_insert(Reason::Apart);
+        }
+        flat_top::trim(self.grid, self.loose, &mut objects, settings.margin_m);
+        floating::mark(self.grid, self.surface_m, &mut objects);
+        Ok(objects)
+    }
+}
+
+/// The points above the surface by cell.
+struct Above {
+    sums_m: Vec<f64>,
+    counts: Vec<u32>,
+}
+
+impl Above {
+    /// Points below the surface are mirror images and other strays, and no thing.
+    fn of(grid: &Grid, heights_m: &[f64], loose: &[Point]) -> Self {
+        let mut above = Self { sums_m: vec![0.0; grid.len()], counts: vec![0; grid.len()] };
+        for p in loose.iter().filter(|p| grid.holds(p)) {
+            let cell = grid.cell(p);
+            if heights_m[cell].is_nan() || p[2] > heights_m[cell] {
+                above.sums_m[cell] += p[2];
+                above.counts[cell] += 1;
+            }
+        }
+        above
+    }
+
+    fn labels(&self) -> Vec<i32> {
+        self.counts.iter().map(|&count| if count > 0 { 0 } else { NOBODY }).collect()
+    }
+
+    fn mean(&self, cell: usize) -> f64 {
+        self.sums_m[cell] / f64::from(self.counts[cell])
+    }
+}

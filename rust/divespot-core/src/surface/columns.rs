@@ -1,0 +1,106 @@
+//! The points over each cell of a grid, kept apart by height.
+
+use std::ops::Range;
+
+use crate::Point;
+use crate::heightmap::Grid;
+
+/// Cells along an edge of the blocks in which points are counted.
+const BLOCK: usize = 8;
+/// A surface holds at least this share of the points that cells around hold: a sensor sees most of a
+/// cell's surface, or it sees something in front of it.
+const LEAST: f64 = 0.25;
+
+/// The points of a grid's cells, from the lowest up: 12 bytes a point and 8 a cell.
+#[derive(Debug)]
+pub(crate) struct Columns {
+    pub(crate) grid: Grid,
+    start: Vec<u32>,
+    rows: Vec<u32>,
+    heights_m: Vec<f64>,
+}
+
+impl Columns {
+    /// The columns of points that lie over the grid.
+    pub(crate) fn of(points: &[Point], grid: Grid) -> Self {
+        let cells: Vec<u32> = points.iter().map(|p| grid.cell(p) as u32).collect();
+        let start = starts(&cells, grid.len());
+        let mut rows = dealt(&cells, &start);
+        for cell in start.windows(2) {
+            let column = &mut rows[cell[0] as usize..cell[1] as usize];
+            column.sort_unstable_by(|&a, &b| higher(points, a, b));
+        }
+        let heights_m = rows.iter().map(|&row| points[row as usize][2]).collect();
+        Self { grid, start, rows, heights_m }
+    }
+
+    fn range(&self, cell: usize) -> Range<usize> {
+        self.start[cell] as usize..self.start[cell + 1] as usize
+    }
+
+    /// The rows of a cell's points, from the lowest up.
+    pub(crate) fn rows(&self, cell: usize) -> &[u32] {
+        &self.rows[self.range(cell)]
+    }
+
+    /// The heights of a cell's points, ascending.
+    pub(crate) fn heights(&self, cell: usize) -> &[f64] {
+        &self.heights_m[self.range(cell)]
+    }
+
+    /// The heights of a cell's points from `low` to `high`.
+    pub(crate) fn between(&self, cell: usize, low: f64, high: f64) -> &[f64] {
+        let heights = self.heights(cell);
+        let first = heights.partition_point(|&z| z < low);
+        let last = heights.partition_point(|&z| z <= high);
+        &heights[first..last.max(first)]
+    }
+
+    /// How many points make a surface in each cell: a share of what the cells around typically
+    /// hold.
+    pub(crate) fn needs(&self) -> Vec<u32> {
+        let across = |n: usize| n.div_ceil(BLOCK);
+        let (columns, rows) = (across(self.grid.columns), across(self.grid.rows));
+        let mut blocks: Vec<Vec<u32>> = vec![Vec::new(); columns * rows];
+        let block = |cell: usize| {
+            cell / self.grid.columns / BLOCK * columns + cell % self.grid.columns / BLOCK
+        };
+        for cell in 0..self.grid.len() {
+            match self.range(cell).len() as u32 {
+                0 => {}
+                count => blocks[block(cell)].push(count),
+            }
+        }
+        let need = |counts: &mut Vec<u32>| match counts.len() / 2 {
+            0 if counts.is_empty() => 1,
+            half => (LEAST * f64::from(*counts.select_nth_unstable(half).1)).max(1.0) as u32,
+        };
+        let needs: Vec<u32> = blocks.iter_mut().map(need).collect();
+        (0..self.grid.len()).map(|cell| needs[block(cell)]).collect()
+    }
+}
+
+/// Where each cell's points begin when they are dealt out in order.
+fn starts(cells: &[u32], count: usize) -> Vec<u32> {
+    let mut start = vec![0; count + 1];
+    cells.iter().for_each(|&cell| start[cell as usize + 1] += 1);
+    for cell in 0..count {
+        start[cell + 1] += start[cell];
+    }
+    start
+}
+
+fn dealt(cells: &[u32], start: &[u32]) -> Vec<u32> {
+    let (mut next, mut rows) = (start.to_vec(), vec![0; cells.len()]);
+    for (row, &cell) in (0..).zip(cells) {
+        rows[next[cell as usize] as usize] = row;
+        next[cell as usize] += 1;
+    }
+    rows
+}
+
+/// Points in ascending order of height; those of one height in an order that is their own.
+fn higher(points: &[Point], a: u32, b: u32) -> std::cmp::Ordering {
+    let (p, q) = (&points[a as usize], &points[b as usize]);
+    p[2].total_cmp(&q[2]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]))
+}

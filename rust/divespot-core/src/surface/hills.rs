@@ -1,0 +1,250 @@
+//! Which parts of the surface are hills: uphill paths decide.
+//!
+//! From every place one can go uphill. From a heap the way ends at a summit of its own, from a bank
+//! on higher ground. Ground is every large gentle part of the surface, at whatever height, that is
+//! not a top. A hole is the same thing downwards.
+
+use crate::error::{Error, Result};
+use crate::film::{Node, relax};
+use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
+use crate::piles::{EIGHT, NOBODY, beyond};
+use crate::slopes::Slopes;
+use crate::terrain::{Terrain, terrain};
+
+use super::levels::{Levels, NONE};
+
+/// A summit that stands out of its saddle by less than so many standard deviations of a cell's
+/// noise, or this share of a cell, is none.
+const SIGMAS: f64 = 8.0;
+const CELLS: f64 = 0.25;
+
+/// What stands on the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hills {
+    /// The hill that each cell belongs to, by size; -1 for none.
+    pub labels: Vec<i32>,
+    /// Whether a cell is ground.
+    pub ground: Vec<bool>,
+    /// The ground, and what lies beneath the hills.
+    pub terrain: Terrain,
+}
+
+/// Finds the hills of a surface.
+///
+/// # Errors
+///
+/// A number of heights that is not the number of cells.
+pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
+    if heights_m.len() != grid.len() {
+        return Err(Error::Degenerate("one height for each cell is needed"));
+    }
+    let beyond = beyond(grid, heights_m);
+    let slopes = Slopes::of(grid, heights_m);
+    let levels = Levels::of(grid, heights_m, &slopes, &beyond);
+    let filled = filled(grid, heights_m, &beyond);
+    let smooth = smoothed(grid, &filled);
+    let order = downhill(&smooth, &beyond);
+    let relief = Relief { grid, heights_m: &filled, smooth_m: &smooth, noise_m: slopes.noise_m };
+    let prominence_m = (SIGMAS * slopes.noise_m).max(CELLS * grid.cell_m);
+    let mut is_ground: Vec<bool> = levels.edges.iter().map(|edge| edge.is_ground()).collect();
+    loop {
+        let ground: Vec<bool> =
+            levels.of.iter().map(|&part| part != NONE && is_ground[part as usize]).collect();
+        let tree = Tree::grown(&relief, &order, &ground, prominence_m);
+        let joined = banks(&levels, &tree, &is_ground);
+        if joined.is_empty() {
+            let terrain = terrain(grid, heights_m, &ground, slopes.reach);
+            return Ok(Hills { labels: components(grid, &tree), ground, terrain });
+        }
+        joined.into_iter().for_each(|part| is_ground[part] = true);
+    }
+}
+
+/// The heights with what was not seen between them crossed as a soap film would.
+fn filled(grid: &Grid, heights_m: &[f64], beyond: &[bool]) -> Vec<f64> {
+    let mut filled = heights_m.to_vec();
+    let gaps: Vec<usize> =
+        (0..grid.len()).filter(|&cell| heights_m[cell].is_nan() && !beyond[cell]).collect();
+    let known = || heights_m.iter().filter(|h| !h.is_nan());
+    let (sum, count) = known().fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+    gaps.iter().for_each(|&cell| filled[cell] = sum / f64::max(count, 1.0));
+    let largest = known().fold(0.0_f64, |most, h| most.max(h.abs()));
+    let nodes: Vec<Node> = gaps.into_iter().map(Node::free).collect();
+    relax(&mut filled, grid.columns, &nodes, largest);
+    filled
+}
+
+/// The mean of each cell and its neighbours.
+fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
+    let mean = |cell: usize| {
+        let known = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
+        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+        if heights_m[cell].is_nan() { f64::NAN } else { sum / count }
+    };
+    (0..grid.len()).map(mean).collect()
+}
+
+/// The cells from the highest down.
+fn downhill(heights_m: &[f64], beyond: &[bool]) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..heights_m.len() as u32)
+        .filter(|&c| !beyond[c as usize] && !heights_m[c as usize].is_nan())
+        .collect();
+    order.sort_unstable_by(|&a, &b| {
+        heights_m[b as usize].total_cmp(&heights_m[a as usize]).then(a.cmp(&b))
+    });
+    order
+}
+
+/// The parts, not ground as yet, above which there is ground.
+fn banks(levels: &Levels, tree: &Tree, is_ground: &[bool]) -> Vec<usize> {
+    let mut above = vec![(0_usize, 0_usize); is_ground.len()];
+    for (cell, &part) in levels.of.iter().enumerate() {
+        if part == NONE || is_ground[part as usize] || levels.edges[part as usize].is_top() {
+            continue;
+        }
+        let (bank, hill) = &mut above[part as usize];
+        match tree.root(cell) {
+            Some(GROUND) => *bank += 1,
+            Some(_) => *hill += 1,
+            None => {}
+        }
+    }
+    (0..above.len()).filter(|&part| above[part].0 > above[part].1).collect()
+}
+
+/// The root of all ground.
+const GROUND: u32 = 0;
+const NOTHING: u32 = u32::MAX;
+
+/// The merge tree of the heights: each cell joins its highest neighbour.
+struct Tree {
+    /// The node of each cell.
+    of: Vec<u32>,
+    /// What a node was joined to.
+    joined: Vec<u32>,
+    summit_m: Vec<f64>,
+}
+
+/// The heights that paths go over.
+struct Relief<'a> {
+    grid: &'a Grid,
+    heights_m: &'a [f64],
+    smooth_m: &'a [f64],
+    noise_m: f64,
+}
+
+/// What lies around a cell: nodes of the tree that it touches, and the one that it goes up to.
+struct Around {
+    near: [u32; 9],
+    count: usize,
+    uphill: u32,
+}
+
+impl Around {
+    fn add(&mut self, node: u32) {
+        if !self.near[..self.count].contains(&node) {
+            (self.near[self.count], self.count) = (node, self.count + 1);
+        }
+    }
+}
+
+impl Relief<'_> {
+    /// How far one cell rises above another beyond what could be walked.
+    fn cliff(&self, from: usize, to: usize) -> bool {
+        let ([x, y], [u, v]) = (self.grid.center(from), self.grid.center(to));
+        let most = NEVER_STEEPER * (u - x).hypot(v - y) + SIGMAS * self.noise_m;
+        self.heights_m[to] - self.heights_m[from] > most
+    }
+
+    /// Uphill goes the walk to the highest cell around. Up a cliff it goes from a face alone, that
+    /// is where there is one downhill too: what ends at the foot of a wall has a summit there.
+    fn around(&self, tree: &Tree, cell: usize) -> Around {
+        let mut around = Around { near: [NOTHING; 9], count: 0, uphill: NOTHING };
+        let (mut walked, mut climbed) =
+            ((f64::NEG_INFINITY, NOTHING), (f64::NEG_INFINITY, NOTHING));
+        let mut on_face = false;
+        for n in EIGHT.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
+            on_face |= self.cliff(n, cell);
+            let Some(root) = tree.root(n) else { continue };
+            let best = if self.cliff(cell, n) { &mut climbed } else { &mut walked };
+            if self.smooth_m[n] > best.0 {
+                *best = (self.smooth_m[n], root);
+            }
+            if !self.cliff(cell, n) {
+                around.add(root);
+            }
+        }
+        around.uphill = walked.1;
+        if walked.1 == NOTHING && on_face {
+            around.uphill = climbed.1;
+        }
+        around
+    }
+}
+
+impl Tree {
+    fn grown(relief: &Relief<'_>, order: &[u32], ground: &[bool], prominence_m: f64) -> Self {
+        let mut tree = Self {
+            of: vec![NOTHING; ground.len()],
+            joined: vec![GROUND],
+            summit_m: vec![f64::INFINITY],
+        };
+        for &cell in order {
+            let cell = cell as usize;
+            let mut around = relief.around(&tree, cell);
+            tree.of[cell] = match (ground[cell], around.uphill) {
+                (true, _) => GROUND,
+                (false, NOTHING) => tree.summit(relief.smooth_m[cell]),
+                (false, node) => node,
+            };
+            around.add(tree.find(tree.of[cell]));
+            tree.join(&around.near[..around.count], relief.smooth_m[cell], prominence_m);
+        }
+        tree
+    }
+
+    fn find(&self, mut node: u32) -> u32 {
+        while self.joined[node as usize] != node {
+            node = self.joined[node as usize];
+        }
+        node
+    }
+
+    fn root(&self, cell: usize) -> Option<u32> {
+        match self.of[cell] {
+            NOTHING => None,
+            node => Some(self.find(node)),
+        }
+    }
+
+    fn summit(&mut self, height_m: f64) -> u32 {
+        let node = self.joined.len() as u32;
+        self.joined.push(node);
+        self.summit_m.push(height_m);
+        node
+    }
+
+    /// Joins summits of little prominence to the highest that they touch.
+    fn join(&mut self, near: &[u32], saddle_m: f64, least_m: f64) {
+        let higher = |&a: &u32, &b: &u32| {
+            self.summit_m[a as usize].total_cmp(&self.summit_m[b as usize]).then(b.cmp(&a))
+        };
+        let Some(highest) = near.iter().copied().max_by(higher) else { return };
+        for &node in near {
+            if node != highest && self.summit_m[node as usize] - saddle_m < least_m {
+                self.joined[node as usize] = highest;
+            }
+        }
+    }
+}
+
+/// Connected cells of hills, numbered by size.
+fn components(grid: &Grid, tree: &Tree) -> Vec<i32> {
+    let hill = |cell: usize| match tree.root(cell) {
+        Some(GROUND) | None => NOBODY,
+        Some(_) => 0,
+    };
+    let labels: Vec<i32> = (0..grid.len()).map(hill).collect();
+    crate::piles::pieces(grid, &labels, 0, 1)
+}

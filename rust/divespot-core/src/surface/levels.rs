@@ -1,0 +1,175 @@
+//! Levels: the large gentle parts of a surface, at whatever height.
+
+use std::collections::VecDeque;
+
+use crate::connectivity::components;
+use crate::count::to_f64;
+use crate::heightmap::Grid;
+use crate::material::{GENTLE, NEVER_STEEPER};
+use crate::piles::{EIGHT, FOUR};
+use crate::slopes::Slopes;
+
+/// A part of fewer cells is no level; nor is one of less than this share of the largest.
+const FEWEST: usize = 40;
+const SHARE: f64 = 0.02;
+/// A level's edge goes a way with this share of it.
+const MOST: f64 = 0.75;
+const SOME: f64 = 0.25;
+
+/// So many standard deviations of the noise are no step.
+const CLEAR: f64 = 4.0;
+
+/// A cell that lies in no part.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// The large gentle parts of a height map.
+pub(crate) struct Levels {
+    /// The part that each cell belongs to.
+    pub(crate) of: Vec<u32>,
+    pub(crate) edges: Vec<Edge>,
+}
+
+/// Where the surface goes from the edge of a part, in cells.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Edge {
+    pub(crate) cells: usize,
+    up: f64,
+    even: f64,
+    down: f64,
+    /// Those of `down` that lie deeper than any material could lie.
+    cliff: f64,
+    /// Nothing was seen.
+    open: f64,
+}
+
+impl Edge {
+    fn all(&self) -> f64 {
+        (self.up + self.even + self.down + self.open).max(1.0)
+    }
+
+    /// Whether it is the top of something that stands on the ground: cliffs all around it and
+    /// nothing that rises from it.
+    pub(crate) fn is_lid(&self) -> bool {
+        self.cliff > 0.5 * self.all() && self.up < 0.1 * self.all()
+    }
+
+    /// Whether it is a top for sure.
+    pub(crate) fn is_top(&self) -> bool {
+        self.down > MOST * self.all()
+    }
+
+    /// Whether it is ground for sure: it goes down from little of the edge, or the scan ends
+    /// there, or something stands on a plate with cliffs around it.
+    pub(crate) fn is_ground(&self) -> bool {
+        let plate = self.cliff > SOME * self.all() && self.up > 0.1 * self.all();
+        self.down < SOME * self.all() || self.open > SOME * self.all() || plate
+    }
+}
+
+impl Levels {
+    /// `beyond` are the cells outside of what was seen.
+    pub(crate) fn of(grid: &Grid, heights_m: &[f64], slopes: &Slopes, beyond: &[bool]) -> Self {
+        let gentle = slopes.gentle.iter().zip(heights_m).map(|(&gentle, h)| gentle && !h.is_nan());
+        let parts = components(grid, gentle.collect(), &FOUR);
+        let largest = parts.iter().map(Vec::len).max().unwrap_or(0);
+        let fewest = FEWEST.max((SHARE * to_f64(largest)) as usize);
+        let parts: Vec<Vec<usize>> = parts.into_iter().filter(|p| p.len() >= fewest).collect();
+        let mut of = vec![NONE; grid.len()];
+        for (part, cells) in (0..).zip(&parts) {
+            cells.iter().for_each(|&cell| of[cell] = part);
+        }
+        let Slopes { noise_m, reach, .. } = *slopes;
+        let looker = Looker { grid, heights_m, beyond, noise_m, reach };
+        let mut stamps = vec![NONE; grid.len()];
+        let edges = (0..)
+            .zip(&parts)
+            .map(|(part, cells)| looker.edge(part, cells, &of, &mut stamps))
+            .collect();
+        looker.widen(&mut of);
+        Self { of, edges }
+    }
+}
+
+/// Looks at what lies around a part.
+struct Looker<'a> {
+    grid: &'a Grid,
+    heights_m: &'a [f64],
+    beyond: &'a [bool],
+    noise_m: f64,
+    /// Half-width of the window over which a cell is gentle: nearer to an edge none is.
+    reach: usize,
+}
+
+impl Looker<'_> {
+    /// Walks outwards from a part's cells over the width of a window, and compares what lies there
+    /// with the part's nearest cell.
+    fn edge(&self, part: u32, cells: &[usize], of: &[u32], stamps: &mut [u32]) -> Edge {
+        let mut edge = Edge { cells: cells.len(), ..Edge::default() };
+        let farthest = 2 * self.reach + 3;
+        let mut queue: VecDeque<(usize, usize, usize)> = VecDeque::new();
+        for &cell in cells {
+            if FOUR
+                .iter()
+                .any(|&(dx, dy)| self.grid.neighbor(cell, dx, dy).is_none_or(|n| of[n] != part))
+            {
+                queue.push_back((cell, cell, 0));
+            }
+        }
+        while let Some((from, cell, steps)) = queue.pop_front() {
+            if steps > self.reach {
+                self.look(&mut edge, from, cell, steps);
+            }
+            if self.grid.is_border(cell) {
+                edge.open += to_f64(farthest - steps.max(self.reach));
+            }
+            if steps == farthest {
+                continue;
+            }
+            let around: &[(isize, isize)] = if steps % 2 == 0 { &FOUR } else { &EIGHT };
+            for n in around.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
+                if of[n] != part && stamps[n] != part {
+                    stamps[n] = part;
+                    queue.push_back((from, n, steps + 1));
+                }
+            }
+        }
+        edge
+    }
+
+    /// Gives each part the cells around it, as far as its windows reached, to which it goes on as
+    /// gently: where the scan ends, and beside something steep, no window is gentle.
+    fn widen(&self, of: &mut [u32]) {
+        let parted = (0..of.len()).filter(|&cell| of[cell] != NONE);
+        let mut front: Vec<(usize, usize)> = parted.map(|cell| (cell, cell)).collect();
+        for step in 1..=self.reach {
+            let most = GENTLE * to_f64(step) * self.grid.cell_m + CLEAR * self.noise_m;
+            let mut next = Vec::new();
+            for (from, cell) in front {
+                for n in EIGHT.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
+                    let rise = (self.heights_m[n] - self.heights_m[from]).abs();
+                    if of[n] == NONE && rise <= most {
+                        of[n] = of[from];
+                        next.push((from, n));
+                    }
+                }
+            }
+            front = next;
+        }
+    }
+
+    fn look(&self, edge: &mut Edge, from: usize, cell: usize, steps: usize) {
+        let rise = self.heights_m[cell] - self.heights_m[from];
+        let run = to_f64(steps) * self.grid.cell_m;
+        let clear = CLEAR * self.noise_m + 0.1 * run;
+        if rise.is_nan() {
+            edge.open += if self.beyond[cell] { 1.0 } else { 0.0 };
+        } else if rise > clear {
+            edge.up += 1.0;
+        } else if rise < -clear {
+            edge.down += 1.0;
+            edge.cliff += if -rise > NEVER_STEEPER * run { 1.0 } else { 0.0 };
+        } else {
+            edge.even += 1.0;
+        }
+    }
+}

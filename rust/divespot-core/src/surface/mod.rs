@@ -1,0 +1,72 @@
+//! The one surface of a scene: what bulk material and the ground under it show to the sky.
+
+mod columns;
+mod faces;
+mod hills;
+mod levels;
+mod walk;
+
+pub use hills::{Hills, hills};
+
+use columns::Columns;
+use levels::{Levels, NONE};
+use walk::{mean, reach_m, walk};
+
+use crate::Point;
+use crate::error::Result;
+use crate::heightmap::{Grid, bounds};
+use crate::piles::beyond;
+use crate::slopes::Slopes;
+
+/// A layer is as thick as this many standard deviations of the noise, or as a cell on a slope.
+const LAYER_SIGMAS: f64 = 6.0;
+const LAYER_CELLS: f64 = 0.6;
+
+/// Which of levelled points lie on the surface that can be walked from the ground.
+///
+/// # Errors
+///
+/// As [`Grid::over`].
+pub fn surface_points(points: &[Point], cell_m: f64, noise_m: f64) -> Result<Vec<bool>> {
+    let grid = Grid::over(&bounds(points)?, cell_m, points.len())?;
+    let columns = Columns::of(points, grid);
+    let needs = columns.needs();
+    let mut heights_m = seeds(&columns, &needs, noise_m);
+    let reach_m = reach_m(cell_m, noise_m);
+    walk(&columns, &mut heights_m, &needs, reach_m);
+    let taken = faces::taken(&columns, &heights_m, reach_m, noise_m);
+    let mut mask = vec![false; points.len()];
+    for cell in 0..grid.len() {
+        for &row in columns.rows(cell) {
+            mask[row as usize] = taken[cell].takes(&points[row as usize]);
+        }
+    }
+    Ok(mask)
+}
+
+/// The heights of the large gentle parts of the lowest layer; NaN elsewhere.
+fn seeds(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
+    let grid = &columns.grid;
+    let band_m = (LAYER_SIGMAS * noise_m).max(LAYER_CELLS * grid.cell_m);
+    let lowest: Vec<f64> =
+        (0..grid.len()).map(|cell| lowest(columns.heights(cell), needs[cell], band_m)).collect();
+    let slopes = Slopes::of(grid, &lowest);
+    let levels = Levels::of(grid, &lowest, &slopes, &beyond(grid, &lowest));
+    let seed = |cell: usize| match levels.of[cell] {
+        NONE => f64::NAN,
+        part if levels.edges[part as usize].is_lid() => f64::NAN,
+        _ => lowest[cell],
+    };
+    (0..grid.len()).map(seed).collect()
+}
+
+/// The mean of the lowest layer with enough points; NaN where there is none.
+fn lowest(heights_m: &[f64], need: u32, band_m: f64) -> f64 {
+    let need = need as usize;
+    let enough = |first: &usize| {
+        heights_m.get(first + need - 1).is_some_and(|last| last - heights_m[*first] <= band_m)
+    };
+    let Some(first) = (0..heights_m.len()).find(enough) else { return f64::NAN };
+    let end = heights_m.partition_point(|&z| z <= heights_m[first] + band_m);
+    mean(&heights_m[first..end])
+}

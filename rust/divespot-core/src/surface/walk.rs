@@ -1,0 +1,55 @@
+//! One surface, walked from the ground.
+//!
+//! Bulk material lies: from the ground its surface can be reached without a step steeper than
+//! material stands. So from cells whose height is known the walk goes to their neighbours, best
+//! agreement first, and takes of a neighbour's points those within reach of the height expected
+//! there. What hangs, stands or flies over the surface is out of reach, and so is what lies below.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::columns::Columns;
+use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
+use crate::piles::FOUR;
+
+/// Standard deviations within which a sensor's noise lies.
+pub(crate) const SIGMAS: f64 = 3.0;
+
+/// How far a point may lie from the height that is expected in its cell.
+pub(crate) fn reach_m(cell_m: f64, noise_m: f64) -> f64 {
+    NEVER_STEEPER * cell_m + SIGMAS * noise_m
+}
+
+/// Extends known heights (NaN where none is) cell by cell over the columns.
+///
+/// Cells are settled in the order in which they agree with the cells around that are settled; of
+/// equal ones the first cell goes first.
+pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach_m: f64) {
+    let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
+        (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| Reverse((0, c))).collect();
+    while let Some(Reverse((_, cell))) = queue.pop() {
+        for n in FOUR.iter().filter_map(|&(dx, dy)| columns.grid.neighbor(cell, dx, dy)) {
+            if !heights_m[n].is_nan() {
+                continue;
+            }
+            let expected = expected(&columns.grid, heights_m, n);
+            let near = columns.between(n, expected - reach_m, expected + reach_m);
+            if near.len() >= needs[n] as usize {
+                heights_m[n] = mean(near);
+                queue.push(Reverse(((heights_m[n] - expected).abs().to_bits(), n)));
+            }
+        }
+    }
+}
+
+/// The mean height of the settled cells around one.
+fn expected(grid: &Grid, heights_m: &[f64], cell: usize) -> f64 {
+    let known = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+    sum / count
+}
+
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}

@@ -1,0 +1,43 @@
+use divespot_core::surface;
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+
+use crate::array::ReadonlyArray2;
+use crate::errors::raise;
+use crate::piles::Map;
+use crate::points::{Column, cloud};
+
+/// Which points lie on the surface that can be walked from the ground.
+#[pyfunction]
+pub(crate) fn surface_points<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    cell_m: f64,
+    noise_m: f64,
+    threads: usize,
+) -> PyResult<Column<'py, bool>> {
+    let (cloud, _) = cloud(points, threads)?;
+    let mask =
+        py.detach(|| surface::surface_points(&cloud.points, cell_m, noise_m)).map_err(raise)?;
+    Ok(mask.into_pyarray(py))
+}
+
+/// Labels of hills, ground cells, the ground's height in each cell and its noise.
+type HillParts<'py> = (Column<'py, i32>, Column<'py, bool>, Column<'py, f64>, f64);
+
+#[pyfunction]
+pub(crate) fn hills<'py>(
+    py: Python<'py>,
+    heights_m: ReadonlyArray2<'py, f64>,
+    cell_m: f64,
+) -> PyResult<HillParts<'py>> {
+    let map = Map::new(&heights_m, [0.0; 2], cell_m);
+    let found = py.detach(|| surface::hills(&map.grid, &map.heights_m)).map_err(raise)?;
+    let terrain = found.terrain;
+    Ok((
+        found.labels.into_pyarray(py),
+        found.ground.into_pyarray(py),
+        terrain.surface_m.into_pyarray(py),
+        terrain.noise_m,
+    ))
+}
