@@ -191,7 +191,7 @@ def child(first: int, count: int) -> None:
     def stop(_signal: int, _frame: object) -> None:
         raise _TooLong
 
-    frame = divespot.measure(raster(0.05, 30)).level.frame
+    frame = divespot.measure(raster(0.02, 60)).level.frame
     with tempfile.TemporaryDirectory() as folder:
         read_all(VALID_LAS, Path(folder))
         sys.stdout.write("ready\tnull\n")
@@ -284,7 +284,7 @@ def one(number: int) -> None:
     path.write_bytes(data)
     sys.stdout.write(f"{path}\n")
     if name.endswith(".geojson"):
-        read_regions(str(path), divespot.measure(raster(0.05, 30)).level.frame)
+        read_regions(str(path), divespot.measure(raster(0.02, 60)).level.frame)
     else:
         dio.read(path, unit=random.Random(number).choice(("auto", "auto", "mm")))  # noqa: S311
 
