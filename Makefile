@@ -49,7 +49,7 @@ test-checked: build
 	--target-dir $(CHECKED) --config profile.dev.opt-level=1
 	rm -rf $(CHECKED)/python && mkdir $(CHECKED)/python && cp -R python/divespot $(CHECKED)/python
 	cp "$$(ls $(CHECKED)/debug/lib_native.so $(CHECKED)/debug/lib_native.dylib 2>/dev/null)" \
-	"$$(ls $(CHECKED)/python/divespot/_native*)"
+	"$$(ls $(CHECKED)/python/divespot/_native*.so)"
 	PYTHONPATH=$(CHECKED)/python $(BIN)/python -m pytest -W error $(KERNELS:%=tests/test_%.py)
 
 lint-rust: $(VENV)/made
