@@ -87,7 +87,7 @@ impl<'a> Flanks<'a> {
     }
 
     fn unseen(&self, cell: usize) -> bool {
-        self.above[cell].is_nan() && !self.patch.beyond[cell]
+        self.above[cell].is_nan() && !self.patch.beyond[cell] && !self.patch.bars[cell]
     }
 
     fn rims(&self, edge: Edge) -> Vec<Rim> {

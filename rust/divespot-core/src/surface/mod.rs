@@ -1,5 +1,6 @@
 //! The one surface of a scene: what bulk material and the ground under it show to the sky.
 
+mod boards;
 mod columns;
 mod faces;
 mod hills;
@@ -10,7 +11,7 @@ pub use hills::{Hills, hills};
 
 use columns::Columns;
 use levels::{Levels, NONE};
-use walk::{mean, reach_m, walk};
+use walk::{Reach, mean, walk};
 
 use crate::Point;
 use crate::error::Result;
@@ -32,9 +33,10 @@ pub fn surface_points(points: &[Point], cell_m: f64, noise_m: f64) -> Result<Vec
     let columns = Columns::of(points, grid);
     let needs = columns.needs();
     let mut heights_m = seeds(&columns, &needs, noise_m);
-    let reach_m = reach_m(cell_m, noise_m);
-    walk(&columns, &mut heights_m, &needs, reach_m);
-    let taken = faces::taken(&columns, &heights_m, reach_m, noise_m);
+    let reach = Reach::of(cell_m, noise_m);
+    walk(&columns, &mut heights_m, &needs, reach);
+    boards::without_boards(&columns, &mut heights_m, noise_m);
+    let taken = faces::taken(&columns, &heights_m, reach);
     let mut mask = vec![false; points.len()];
     for cell in 0..grid.len() {
         for &row in columns.rows(cell) {
@@ -52,9 +54,10 @@ fn seeds(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
         (0..grid.len()).map(|cell| lowest(columns.heights(cell), needs[cell], band_m)).collect();
     let slopes = Slopes::of(grid, &lowest);
     let levels = Levels::of(grid, &lowest, &slopes, &beyond(grid, &lowest));
+    let largest = levels.edges.iter().map(|edge| edge.cells).max().unwrap_or(0);
     let seed = |cell: usize| match levels.of[cell] {
         NONE => f64::NAN,
-        part if levels.edges[part as usize].is_lid() => f64::NAN,
+        part if levels.edges[part as usize].is_lid(largest) => f64::NAN,
         _ => lowest[cell],
     };
     (0..grid.len()).map(seed).collect()
