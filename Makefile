@@ -10,14 +10,14 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: build demo test test-rust test-python check lint-rust lint-python bench clean
+.PHONY: build demo test test-rust test-python test-checked fuzz check lint-rust lint-python bench clean
 
 demo: build
 	$(BIN)/python -m divespot demo
 
 test: test-rust test-python
 
-check: lint-rust test-rust lint-python test-python
+check: lint-rust test-rust lint-python test-python test-checked
 
 build: $(VENV)/built
 
@@ -40,6 +40,18 @@ test-rust:
 test-python: build
 	$(BIN)/python -m pytest -W error
 
+# The kernels again, built so that a sum that overflows or an assertion that fails is a panic.
+CHECKED := target/checked
+KERNELS := points voxel neighbors hdbscan histogram plane grid spacing
+
+test-checked: build
+	PYO3_PYTHON="$(VIRTUAL_ENV)/bin/python" cargo build --quiet --package divespot-py \
+	--target-dir $(CHECKED) --config profile.dev.opt-level=1
+	rm -rf $(CHECKED)/python && mkdir $(CHECKED)/python && cp -R python/divespot $(CHECKED)/python
+	cp "$$(ls $(CHECKED)/debug/lib_native.so $(CHECKED)/debug/lib_native.dylib 2>/dev/null)" \
+	"$$(ls $(CHECKED)/python/divespot/_native*.so)"
+	PYTHONPATH=$(CHECKED)/python $(BIN)/python -m pytest -W error $(KERNELS:%=tests/test_%.py)
+
 lint-rust: $(VENV)/made
 	@if cargo fmt --version >/dev/null 2>&1; then echo cargo fmt --check; cargo fmt --all --check; \
 	else echo 'NOT CHECKED: the format of Rust (rustup component add rustfmt)'; fi
@@ -52,6 +64,13 @@ lint-python: build
 	$(BIN)/python -m ruff format --no-cache --check
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest divespot._native
+
+# Another FIRST reads other inputs: FIRST=1000000 SECONDS=600 make fuzz
+SECONDS ?= 60
+FIRST ?= 0
+
+fuzz: build
+	$(BIN)/python tests/fuzz.py $(SECONDS) $(FIRST)
 
 bench: build
 	cargo bench --package divespot-benches -- --quick

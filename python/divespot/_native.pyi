@@ -10,12 +10,14 @@ __all__ = [
     "RawObject",
     "__version__",
     "find_ground",
+    "first_crossing",
     "fit_plane",
     "ground_height",
     "hdbscan",
     "height_histogram",
     "height_map",
     "hills",
+    "inside",
     "integrate",
     "leveling",
     "measure_inside",
@@ -209,3 +211,5 @@ def measure_inside(
     regions: Sequence[Sequence[Sequence[Sequence[float]]]],
     measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
+def first_crossing(line: NDArray[np.float64]) -> int | None: ...
+def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDArray[np.bool_]: ...

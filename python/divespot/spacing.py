@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot._arguments import as_floats, whole
+from divespot._arguments import as_floats, seed_number, thread_number
 from divespot.kernels import voxel_downsample
 from divespot.plane import fit_plane
 from divespot.settings import ground_lengths
@@ -87,7 +87,9 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
         `points` have the wrong shape or type, or fewer than five distinct positions.
 
     """
-    return Survey(*_native.survey(as_floats("points", points), seed, whole("threads", threads)))
+    return Survey(
+        *_native.survey(as_floats("points", points), seed_number(seed), thread_number(threads))
+    )
 
 
 def take_survey(points: NDArray[np.float64], settings: Settings) -> tuple[Survey, Settings]:

@@ -1,9 +1,9 @@
 use divespot_core::ground::{Axis, Frame, Up};
 use divespot_core::survey::Normal;
 use divespot_core::{Point, ground, pose, sensor};
-use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
+use crate::array::ReadonlyArray2;
 use crate::errors::{DivespotError, raise};
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Rows, cloud, restored, rows};
@@ -36,8 +36,8 @@ type GroundParts = (PlaneParts, &'static str, bool);
 pub(crate) fn find_ground(
     py: Python<'_>,
     points: &Bound<'_, PyAny>,
-    at: PyReadonlyArray2<'_, f64>,
-    normals: PyReadonlyArray2<'_, f64>,
+    at: ReadonlyArray2<'_, f64>,
+    normals: ReadonlyArray2<'_, f64>,
     threshold_m: f64,
     hypotheses: u32,
     cone: Option<(Point, f64)>,

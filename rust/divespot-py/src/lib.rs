@@ -1,5 +1,6 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
+mod array;
 mod bases;
 mod errors;
 mod ground;
@@ -11,6 +12,7 @@ mod neighbors;
 mod piles;
 mod plane;
 mod points;
+mod polygon;
 mod surface;
 mod voxel;
 
@@ -35,6 +37,8 @@ mod _native {
     use crate::plane::{fit_plane, rotate, rotation_to_z};
     #[pymodule_export]
     use crate::points::seen;
+    #[pymodule_export]
+    use crate::polygon::{first_crossing, inside};
     #[pymodule_export]
     use crate::surface::{hills, surface_points};
     #[pymodule_export]

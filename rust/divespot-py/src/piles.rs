@@ -1,8 +1,9 @@
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{self, Base, Found, Kind, Object, Reason, Region, Settings};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::array::{ReadonlyArray1, ReadonlyArray2};
 use crate::bases::RawBase;
 use crate::errors::raise;
 
@@ -86,7 +87,7 @@ impl From<Object> for RawObject {
 #[pyfunction]
 pub(crate) fn pieces<'py>(
     py: Python<'py>,
-    labels: PyReadonlyArray2<'py, i32>,
+    labels: ReadonlyArray2<'py, i32>,
     gap: u32,
     fewest: usize,
 ) -> Bound<'py, PyArray1<i32>> {
@@ -108,7 +109,7 @@ pub(crate) struct Map {
 
 impl Map {
     pub(crate) fn new(
-        heights_m: &PyReadonlyArray2<'_, f64>,
+        heights_m: &ReadonlyArray2<'_, f64>,
         origin_m: [f64; 2],
         cell_m: f64,
     ) -> Self {
@@ -163,14 +164,14 @@ fn measured<'py>(
 #[allow(clippy::too_many_arguments)] // one for each of the things that were found
 pub(crate) fn measure_objects<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
-    labels: PyReadonlyArray1<'py, i32>,
-    ground: PyReadonlyArray1<'py, bool>,
-    points: PyReadonlyArray2<'py, f64>,
-    is_on: PyReadonlyArray1<'py, bool>,
-    is_apart: PyReadonlyArray1<'py, bool>,
+    labels: ReadonlyArray1<'py, i32>,
+    ground: ReadonlyArray1<'py, bool>,
+    points: ReadonlyArray2<'py, f64>,
+    is_on: ReadonlyArray1<'py, bool>,
+    is_apart: ReadonlyArray1<'py, bool>,
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
@@ -190,7 +191,7 @@ pub(crate) fn measure_objects<'py>(
 #[pyfunction]
 pub(crate) fn measure_inside<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
     regions: Vec<Vec<Vec<[f64; 2]>>>,
