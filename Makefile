@@ -1,4 +1,4 @@
-# make demo · make test · make check · make bench · make clean
+# make demo · make test · make check · make bench · make docs-pictures · make clean
 # Needed beforehand: Python 3.10 or newer (PYTHON names another one) and a Rust toolchain.
 
 PYTHON ?= python3
@@ -10,7 +10,8 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: build demo test test-rust test-python test-checked fuzz check lint-rust lint-python bench clean
+.PHONY: build demo test test-rust test-python test-checked fuzz check lint-rust lint-python bench \
+	docs-pictures clean
 
 demo: build
 	$(BIN)/python -m divespot demo
@@ -76,6 +77,9 @@ bench: build
 	cargo bench --package divespot-benches -- --quick
 	$(PYTHON) benches/gate.py || test $$? -eq 2 # 2: no valgrind, which it says
 	$(PYTHON) benches/rivals.py
+
+docs-pictures: build
+	$(BIN)/python docs/pictures.py
 
 clean:
 	rm -rf $(VENV) target dist divespot-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -71,6 +71,7 @@ impl From<Object> for RawObject {
                 Reason::Floating => "floating",
                 Reason::Apart => "apart from the ground",
                 Reason::TooLittleSeen => "too little seen",
+                Reason::CutOff => "cut off by the scan's edge",
                 Reason::NotClear => "not clear of the ground",
             }),
             noise_m3: object.budget.noise_m3,
