@@ -5,6 +5,7 @@ use super::territory::NOBODY;
 use super::{Found, Reason, Settings, flat_top, floating, measured, pieces};
 use crate::Point;
 use crate::error::Result;
+use crate::fixed::Fixed;
 use crate::heightmap::Grid;
 
 /// The connected pieces of what lies above a surface.
@@ -48,18 +49,21 @@ impl<'a> Things<'a> {
 
 /// The points above the surface by cell.
 struct Above {
-    sums_m: Vec<f64>,
+    fixed: Fixed,
+    sums: Vec<i64>,
     counts: Vec<u32>,
 }
 
 impl Above {
     /// Points below the surface are mirror images and other strays, and no thing.
     fn of(grid: &Grid, heights_m: &[f64], loose: &[Point]) -> Self {
-        let mut above = Self { sums_m: vec![0.0; grid.len()], counts: vec![0; grid.len()] };
+        let largest = loose.iter().fold(0.0_f64, |most, p| most.max(p[2].abs()));
+        let fixed = Fixed::new(largest, loose.len());
+        let mut above = Self { fixed, sums: vec![0; grid.len()], counts: vec![0; grid.len()] };
         for p in loose.iter().filter(|p| grid.holds(p)) {
             let cell = grid.cell(p);
             if heights_m[cell].is_nan() || p[2] > heights_m[cell] {
-                above.sums_m[cell] += p[2];
+                above.sums[cell] += fixed.encode(p[2]);
                 above.counts[cell] += 1;
             }
         }
@@ -71,6 +75,6 @@ impl Above {
     }
 
     fn mean(&self, cell: usize) -> f64 {
-        self.sums_m[cell] / f64::from(self.counts[cell])
+        self.fixed.mean(self.sums[cell] as f64, self.counts[cell])
     }
 }

@@ -245,3 +245,147 @@ fn components(grid: &Grid, tree: &Tree) -> Vec<i32> {
     let labels: Vec<i32> = (0..grid.len()).map(hill).collect();
     crate::piles::pieces(grid, &labels, 0, 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    const CELL: f64 = 0.02;
+    const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: CELL, columns: 120, rows: 90 };
+
+    /// A map with normal noise: four uniform numbers are normal enough.
+    fn map(height: impl Fn(f64, f64) -> f64, noise_m: f64) -> Vec<f64> {
+        let unit = |k: u64| (mix(k) >> 11) as f64 / (1_u64 << 53) as f64;
+        let noise = |cell: u64| {
+            let sum: f64 = (0..4).map(|k| unit(4 * cell + k)).sum();
+            (sum - 2.0) * 3.0_f64.sqrt() * noise_m
+        };
+        let at = |cell: usize| {
+            let [x, y] = GRID.center(cell);
+            height(x, y) + noise(cell as u64)
+        };
+        (0..GRID.len()).map(at).collect()
+    }
+
+    fn found(height: impl Fn(f64, f64) -> f64) -> Hills {
+        hills(&GRID, &map(height, 0.0005)).unwrap()
+    }
+
+    fn cone_at(x: f64, y: f64, [u, v]: [f64; 2], height_m: f64) -> f64 {
+        (height_m - 0.45 * (x - u).hypot(y - v)).max(0.0)
+    }
+
+    fn cone(x: f64, y: f64) -> f64 {
+        cone_at(x, y, [1.2, 0.9], 0.225)
+    }
+
+    /// Cells in which what stands on the floor is this high, or that are no hill's.
+    fn only_stands(floor: impl Fn(f64, f64) -> f64, on_it: impl Fn(f64, f64) -> f64) {
+        let hills = found(|x, y| floor(x, y) + on_it(x, y));
+        for (cell, &label) in hills.labels.iter().enumerate() {
+            let [x, y] = GRID.center(cell);
+            let stands = on_it(x, y);
+            let beside = GRID.around(cell, 3).any(|n| on_it(GRID.center(n)[0], GRID.center(n)[1]) > 0.0);
+            assert!(label == NOBODY || beside, "{x} {y}: {stands} is no hill");
+            assert!(label != NOBODY || stands < 0.05, "{x} {y}: {stands} is a hill");
+            assert!(!hills.ground[cell] || stands < 0.05, "{x} {y}: {stands} is no ground");
+        }
+        assert!(hills.terrain.noise_m < 0.002, "{}", hills.terrain.noise_m);
+    }
+
+    #[test]
+    fn a_cone_stands_on_ground_of_any_gentle_form() {
+        only_stands(|_, _| 0.5, cone);
+        only_stands(|x, y| 0.05 * x - 0.03 * y, cone);
+        only_stands(|x, y| 0.006 * (3.0 * x).sin() * (2.5 * y).cos(), cone);
+        only_stands(|x, _| 0.052 * (x - 1.1).max(0.0), cone);
+        only_stands(|x, _| -0.052 * (x - 1.1).max(0.0), cone);
+    }
+
+    #[test]
+    fn a_step_across_the_scan_is_ground_on_both_sides() {
+        only_stands(|x, _| if x > 1.9 { 0.03 } else { 0.0 }, cone);
+        only_stands(|x, _| if x > 1.3 { 0.03 } else { 0.0 }, cone);
+    }
+
+    #[test]
+    fn a_plate_amid_the_floor_and_a_heap_with_a_flat_top_are_no_ground() {
+        let inside = |x: f64, y: f64| (0.6..1.6).contains(&x) && (0.4..1.2).contains(&y);
+        only_stands(|_, _| 0.0, move |x, y| if inside(x, y) { 0.06 } else { 0.0 });
+        only_stands(|_, _| 0.0, |x, y| cone(x, y).min(0.12));
+    }
+
+    #[test]
+    fn beneath_a_hill_the_terrain_goes_on() {
+        let hills = found(|x, y| 0.05 * x + cone(x, y));
+        for (cell, &surface) in hills.terrain.surface_m.iter().enumerate() {
+            let [x, y] = GRID.center(cell);
+            assert!((surface - 0.05 * x).abs() < 0.02 || cone(x, y) > 0.0, "{x} {y}: {surface}");
+            assert!((surface - 0.05 * x).abs() < 0.03, "{x} {y}: {surface}");
+        }
+    }
+
+    /// The number of hills, and the places of those that are labelled.
+    fn places(hills: &Hills) -> (i32, Vec<([f64; 2], i32)>) {
+        let count = hills.labels.iter().max().unwrap() + 1;
+        let labelled = hills.labels.iter().enumerate().filter(|(_, n)| **n != NOBODY);
+        (count, labelled.map(|(cell, &n)| (GRID.center(cell), n)).collect())
+    }
+
+    #[test]
+    fn heaps_on_two_levels_are_hills_and_the_bank_between_is_none() {
+        let low = |x: f64, y: f64| cone_at(x, y, [0.5, 0.9], 0.16);
+        let high = |x: f64, y: f64| cone_at(x, y, [1.9, 0.8], 0.12);
+        let bank = |x: f64| (0.6 * (x - 1.1)).clamp(0.0, 0.2);
+        let (count, cells) = places(&found(|x, y| bank(x) + low(x, y) + high(x, y)));
+        assert_eq!(count, 2);
+        for ([x, y], label) in cells {
+            let near = if label == 0 { [0.5, 0.9, 0.16] } else { [1.9, 0.8, 0.12] };
+            let away = (x - near[0]).hypot(y - near[1]);
+            assert!(away < near[2] / 0.45 + 3.0 * CELL, "{x} {y} {label}");
+        }
+    }
+
+    #[test]
+    fn a_pit_a_ditch_and_the_edge_of_a_platform_are_no_hills() {
+        let none = |height: &dyn Fn(f64, f64) -> f64| {
+            let (count, cells) = places(&found(height));
+            assert_eq!(count, 0, "{:?}", cells.first());
+        };
+        none(&|x, y| -cone(x, y));
+        none(&|x, _| -(0.16 - 0.8 * (x - 1.6).abs()).max(0.0));
+        none(&|x, _| if x > 1.7 { -1.0 } else { 0.0 });
+    }
+
+    #[test]
+    fn two_summits_over_a_saddle_are_one_hill() {
+        let both = |x: f64, y: f64| cone_at(x, y, [0.9, 0.9], 0.2).max(cone_at(x, y, [1.4, 0.9], 0.18));
+        assert_eq!(places(&found(both)).0, 1);
+    }
+
+    /// Whether a berm on a bank is a hill: a wave that comes down by so much, from crest to trough.
+    fn is_hill(drop_m: f64, noise_m: f64) -> bool {
+        // 40 cells up at 1 in 2, 8 down and 8 up again; a crest 24 cells long.
+        let along = |x: f64| (0.5 * (x - 0.5)).clamp(0.0, 0.4) + (0.5 * (x - 1.46)).clamp(0.0, 0.2);
+        let wave = |x: f64| (1.0 - ((x - 1.38) / (8.0 * CELL)).abs()).max(0.0);
+        let berm = |y: f64| ((0.6 - (y - 0.9).abs()) / 0.1).clamp(0.0, 1.0);
+        let height = move |x: f64, y: f64| along(x) - drop_m * wave(x) * berm(y);
+        let found = hills(&GRID, &map(height, noise_m)).unwrap();
+        found.labels.iter().any(|&n| n != NOBODY)
+    }
+
+    #[test]
+    fn explore() {
+        for k in 0..60 { let d = 0.002 * f64::from(k); print!("{d:.3}:{} ", is_hill(d, 0.0)); }
+        println!();
+        for k in 0..60 { let d = 0.004 * f64::from(k); print!("{d:.3}:{} ", is_hill(d, 0.004)); }
+    }
+
+    #[test]
+    fn a_height_for_each_cell_is_needed() {
+        assert!(hills(&GRID, &[0.0; 3]).is_err());
+        let unseen = hills(&GRID, &vec![f64::NAN; GRID.len()]).unwrap();
+        assert!(unseen.labels.iter().all(|&n| n == NOBODY));
+    }
+}

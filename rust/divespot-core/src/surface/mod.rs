@@ -73,3 +73,6 @@ fn lowest(heights_m: &[f64], need: u32, band_m: f64) -> f64 {
     let end = heights_m.partition_point(|&z| z <= heights_m[first] + band_m);
     mean(&heights_m[first..end])
 }
+
+#[cfg(test)]
+mod tests;
