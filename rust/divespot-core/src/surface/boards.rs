@@ -4,7 +4,7 @@
 //! so on one side only.
 
 use super::columns::Columns;
-use super::walk::{SIGMAS, reach_m};
+use super::walk::{Reach, SIGMAS};
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::piles::EIGHT;
@@ -24,7 +24,7 @@ pub(crate) fn without_boards(columns: &Columns, heights_m: &mut [f64], noise_m: 
         grid,
         heights_m,
         noise_m,
-        reach_m: reach_m(grid.cell_m, noise_m),
+        reach_m: Reach::of(grid.cell_m, noise_m).far_m,
         farthest,
     };
     let boards: Vec<usize> = relief.near_lips().filter(|&cell| relief.is_board(cell)).collect();

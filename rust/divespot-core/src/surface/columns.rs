@@ -64,8 +64,8 @@ impl Columns {
         (next <= height_m + 2.0 * reach_m).then(|| heights[heights.len() - 1])
     }
 
-    /// How many points make a surface in each cell: a share of what the cells around typically
-    /// hold.
+    /// How many points make a surface in each cell: a share of what the cells around typically hold,
+    /// or those of the whole scene where they hold less: around somebody on a pile they hold more.
     pub(crate) fn needs(&self) -> Vec<u32> {
         let across = |n: usize| n.div_ceil(BLOCK);
         let (columns, rows) = (across(self.grid.columns), across(self.grid.rows));
@@ -73,19 +73,22 @@ impl Columns {
         let block = |cell: usize| {
             cell / self.grid.columns / BLOCK * columns + cell % self.grid.columns / BLOCK
         };
-        for cell in 0..self.grid.len() {
-            match self.range(cell).len() as u32 {
-                0 => {}
-                count => blocks[block(cell)].push(count),
-            }
+        let count = |cell: usize| self.range(cell).len() as u32;
+        for cell in (0..self.grid.len()).filter(|&cell| count(cell) > 0) {
+            blocks[block(cell)].push(count(cell));
         }
-        let need = |counts: &mut Vec<u32>| match counts.len() / 2 {
-            0 if counts.is_empty() => 1,
-            half => (LEAST * f64::from(*counts.select_nth_unstable(half).1)).max(1.0) as u32,
-        };
-        let needs: Vec<u32> = blocks.iter_mut().map(need).collect();
+        let scene = need(blocks.concat());
+        let needs: Vec<u32> = blocks.into_iter().map(|counts| need(counts).min(scene)).collect();
         (0..self.grid.len()).map(|cell| needs[block(cell)]).collect()
     }
+}
+
+fn need(mut counts: Vec<u32>) -> u32 {
+    if counts.is_empty() {
+        return 1;
+    }
+    let half = counts.len() / 2;
+    (LEAST * f64::from(*counts.select_nth_unstable(half).1)).max(1.0) as u32
 }
 
 /// Where each cell's points begin when they are dealt out in order.

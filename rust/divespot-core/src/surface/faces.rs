@@ -5,6 +5,7 @@
 //! face along; the surface there goes on as it is in the cells before.
 
 use super::columns::Columns;
+use super::walk::Reach;
 use crate::Point;
 use crate::connectivity::components;
 use crate::heightmap::Grid;
@@ -14,8 +15,6 @@ use crate::piles::{EIGHT, Kind, value, weighted_plane};
 const SUPPORT: usize = 2;
 /// With fewer cells it is not known.
 const FEWEST: usize = 5;
-/// What the surface's slope changes by within a cell.
-const BEND: f64 = 0.3;
 
 /// The surface in one cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,13 +52,8 @@ impl Taken {
 }
 
 /// What of each cell is surface, after a walk with this reach.
-pub(crate) fn taken(
-    columns: &Columns,
-    heights_m: &[f64],
-    reach_m: f64,
-    noise_m: f64,
-) -> Vec<Taken> {
-    let grid = &columns.grid;
+pub(crate) fn taken(columns: &Columns, heights_m: &[f64], reach: Reach) -> Vec<Taken> {
+    let (grid, reach_m) = (&columns.grid, reach.far_m);
     let top: Vec<f64> =
         (0..grid.len()).map(|cell| top(columns, cell, heights_m[cell], reach_m)).collect();
     let mut taken: Vec<Taken> = heights_m
@@ -81,9 +75,10 @@ pub(crate) fn taken(
         }
     }
     for cell in (0..grid.len()).filter(|&c| faces[c] && !heights_m[c].is_nan()) {
-        let within_m = reach_m.min(super::walk::SIGMAS * noise_m + BEND * grid.cell_m);
         taken[cell] = match foot(grid, heights_m, &faces, cell) {
-            Some(plane) => Taken::Foot { center_m: grid.center(cell), plane, within_m },
+            Some(plane) => {
+                Taken::Foot { center_m: grid.center(cell), plane, within_m: reach.near_m }
+            }
             None => Taken::Nothing,
         };
     }

@@ -11,7 +11,7 @@ pub use hills::{Hills, hills};
 
 use columns::Columns;
 use levels::{Levels, NONE};
-use walk::{mean, reach_m, walk};
+use walk::{Reach, mean, walk};
 
 use crate::Point;
 use crate::error::Result;
@@ -33,10 +33,10 @@ pub fn surface_points(points: &[Point], cell_m: f64, noise_m: f64) -> Result<Vec
     let columns = Columns::of(points, grid);
     let needs = columns.needs();
     let mut heights_m = seeds(&columns, &needs, noise_m);
-    let reach_m = reach_m(cell_m, noise_m);
-    walk(&columns, &mut heights_m, &needs, reach_m);
+    let reach = Reach::of(cell_m, noise_m);
+    walk(&columns, &mut heights_m, &needs, reach);
     boards::without_boards(&columns, &mut heights_m, noise_m);
-    let taken = faces::taken(&columns, &heights_m, reach_m, noise_m);
+    let taken = faces::taken(&columns, &heights_m, reach);
     let mut mask = vec![false; points.len()];
     for cell in 0..grid.len() {
         for &row in columns.rows(cell) {

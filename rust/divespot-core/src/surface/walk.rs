@@ -15,18 +15,15 @@ use crate::piles::FOUR;
 
 /// Standard deviations within which a sensor's noise lies.
 pub(crate) const SIGMAS: f64 = 3.0;
-
-/// How far a point may lie from the height that is expected in its cell.
-pub(crate) fn reach_m(cell_m: f64, noise_m: f64) -> f64 {
-    NEVER_STEEPER * cell_m + SIGMAS * noise_m
-}
+/// What the surface's slope changes by within a cell.
+const BEND: f64 = 0.3;
 
 /// Extends known heights (NaN where none is) cell by cell over the columns.
 ///
 /// Cells are settled in the order in which they agree with the cells around that are settled; of
 /// equal ones the first cell goes first. Where points rise from a cell, at the foot of a face, the walk
 /// ends.
-pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach_m: f64) {
+pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach: Reach) {
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| Reverse((0, c))).collect();
     while let Some(Reverse((_, cell))) = queue.pop() {
@@ -34,15 +31,31 @@ pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reac
             if !heights_m[n].is_nan() {
                 continue;
             }
-            let expected = expected(&columns.grid, heights_m, n, cell, reach_m);
-            let near = columns.between(n, expected - reach_m, expected + reach_m);
+            let expected = expected(&columns.grid, heights_m, n, cell, reach.far_m);
+            let near = columns.between(n, expected - reach.far_m, expected + reach.far_m);
             if near.len() >= needs[n] as usize {
                 heights_m[n] = mean(near);
-                if columns.rises(n, heights_m[n], reach_m).is_none() {
+                if columns.rises(n, heights_m[n], reach.far_m).is_none() {
                     queue.push(Reverse(((heights_m[n] - expected).abs().to_bits(), n)));
                 }
             }
         }
+    }
+}
+
+/// How far a point may lie from the height that is expected in its cell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reach {
+    /// As the steepest material rises within a cell.
+    pub(crate) far_m: f64,
+    /// As the surface bends within a cell.
+    pub(crate) near_m: f64,
+}
+
+impl Reach {
+    pub(crate) fn of(cell_m: f64, noise_m: f64) -> Self {
+        let noise_m = SIGMAS * noise_m;
+        Self { far_m: NEVER_STEEPER * cell_m + noise_m, near_m: BEND * cell_m + noise_m }
     }
 }
 
