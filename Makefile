@@ -1,4 +1,4 @@
-# make demo · make test · make check · make bench · make clean
+# make demo · make test · make check · make bench · make docs-pictures · make clean
 # Needed beforehand: Python 3.10 or newer (PYTHON names another one) and a Rust toolchain.
 
 PYTHON ?= python3
@@ -10,14 +10,15 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: build demo test test-rust test-python check lint-rust lint-python bench clean
+.PHONY: build demo test test-rust test-python test-checked fuzz check lint-rust lint-python bench \
+	docs-pictures clean
 
 demo: build
 	$(BIN)/python -m divespot demo
 
 test: test-rust test-python
 
-check: lint-rust test-rust lint-python test-python
+check: lint-rust test-rust lint-python test-python test-checked
 
 build: $(VENV)/built
 
@@ -40,6 +41,18 @@ test-rust:
 test-python: build
 	$(BIN)/python -m pytest -W error
 
+# The kernels again, built so that a sum that overflows or an assertion that fails is a panic.
+CHECKED := target/checked
+KERNELS := points voxel neighbors hdbscan histogram plane grid spacing
+
+test-checked: build
+	PYO3_PYTHON="$(VIRTUAL_ENV)/bin/python" cargo build --quiet --package divespot-py \
+	--target-dir $(CHECKED) --config profile.dev.opt-level=1
+	rm -rf $(CHECKED)/python && mkdir $(CHECKED)/python && cp -R python/divespot $(CHECKED)/python
+	cp "$$(ls $(CHECKED)/debug/lib_native.so $(CHECKED)/debug/lib_native.dylib 2>/dev/null)" \
+	"$$(ls $(CHECKED)/python/divespot/_native*.so)"
+	PYTHONPATH=$(CHECKED)/python $(BIN)/python -m pytest -W error $(KERNELS:%=tests/test_%.py)
+
 lint-rust: $(VENV)/made
 	@if cargo fmt --version >/dev/null 2>&1; then echo cargo fmt --check; cargo fmt --all --check; \
 	else echo 'NOT CHECKED: the format of Rust (rustup component add rustfmt)'; fi
@@ -53,10 +66,20 @@ lint-python: build
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest divespot._native
 
+# Another FIRST reads other inputs: FIRST=1000000 SECONDS=600 make fuzz
+SECONDS ?= 60
+FIRST ?= 0
+
+fuzz: build
+	$(BIN)/python tests/fuzz.py $(SECONDS) $(FIRST)
+
 bench: build
 	cargo bench --package divespot-benches -- --quick
 	$(PYTHON) benches/gate.py || test $$? -eq 2 # 2: no valgrind, which it says
 	$(PYTHON) benches/rivals.py
+
+docs-pictures: build
+	$(BIN)/python docs/pictures.py
 
 clean:
 	rm -rf $(VENV) target dist divespot-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis

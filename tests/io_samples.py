@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING, Any
 import laspy
 import lzf
 import numpy as np
+import pytest
+
+from divespot import DivespotError
+from divespot import io as dio
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
 # Exact in binary and in float32, except the last column of the last row.
@@ -141,3 +147,25 @@ VALID_LAS = {
     "layered.laz": las(FINITE, compress=True, point_format=7, version="1.4"),
 }
 """Files that hold FINITE."""
+
+UTM = np.array([432_000.0, 5_391_000.0, 120.0])
+
+
+def read(folder: Path, name: str, data: bytes, **options: str) -> dio.Scan:
+    path = folder / name
+    path.write_bytes(data)
+    return dio.read(path, **options)
+
+
+def refused(folder: Path, name: str, data: bytes, **options: str) -> str:
+    with pytest.raises(DivespotError) as caught:
+        read(folder, name, data, **options)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def raster(spacing: float, size: int) -> NDArray[np.float64]:
+    x, y = np.meshgrid(np.arange(size) * spacing, np.arange(size) * spacing)
+    middle = spacing * size / 2
+    z = np.clip(0.5 * middle - 0.6 * np.hypot(x - middle, y - middle), 0, None)
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel() + 0.0123 * spacing * np.sin(x.ravel())])

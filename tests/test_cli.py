@@ -19,6 +19,7 @@ from click.testing import CliRunner
 
 import divespot
 from divespot import Settings
+from divespot import io as dio
 from divespot.cli import main
 from divespot.cli.options import FIELDS
 from divespot.simulate import NAMES, scan
@@ -26,12 +27,18 @@ from divespot.simulate import NAMES, scan
 if TYPE_CHECKING:
     from click.testing import Result
 
+#: A scan's format for settings that mean something to one alone.
+FORMATS = {"columns": ".xyz", "classes": ".las", "returns": ".las"}
+
 OUTLINE = Path(__file__).parent / "data" / "heap.geojson"
 """A square around the only pile of shape-05."""
 
 #: A value other than the default for each setting, as typed and as passed to Python.
 OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "unit": (["--unit", "mm"], "mm"),
+    "columns": (["--columns", "2,1,3"], "2,1,3"),
+    "classes": (["--classes", "0,2"], "0,2"),
+    "returns": (["--returns", "last"], "last"),
     "crop": (["--crop", "-9,-9,-9,9,9,9.5"], (-9.0, -9.0, -9.0, 9.0, 9.0, 9.5)),
     "up": (["--up", "-z"], "-z"),
     "max_tilt_deg": (["--max-tilt-deg", "30"], 30.0),
@@ -169,8 +176,12 @@ def test_option_is_the_setting(name: str, heap: Path) -> None:
     options, value = OTHER_VALUES[name]
     if name == "cluster_backend":
         pytest.importorskip("hdbscan")
-    result = run("measure", heap, "--json", "-", *options)
-    expected = divespot.measure(heap, **{name: value})
+    path = heap.with_suffix(FORMATS.get(name, heap.suffix))
+    if not path.exists():
+        points = np.load(heap)
+        dio.write(path, points[np.isfinite(points).all(axis=1)])
+    result = run("measure", path, "--json", "-", *options)
+    expected = divespot.measure(path, **{name: value})
     assert result.exit_code == 0
     assert without_times(json.loads(result.stdout)) == without_times(json.loads(expected.to_json()))
 
@@ -253,8 +264,9 @@ def test_json_into_a_file_leaves_the_table(heap: Path, tmp_path: Path) -> None:
 def test_several_scans_are_json_lines_and_a_bad_one_is_passed_over(heap: Path) -> None:
     result = run("measure", heap, heap.parent / "none.ply", heap, "--json", "-")
     assert result.exit_code == 1
-    reports = [json.loads(line) for line in result.stdout.splitlines()]
-    assert [report["source"]["path"] for report in reports] == [str(heap)] * 2
+    first, bad, last = (json.loads(line) for line in result.stdout.splitlines())
+    assert first["source"]["path"] == last["source"]["path"] == str(heap)
+    assert "cannot be read" in bad["error"]
     assert f"{heap.parent / 'none.ply'}: cannot be read" in result.stderr
 
 

@@ -265,7 +265,7 @@ PROJCRS2 = (
         ('PROJCS["a ""quoted"" name [m]",UNIT["m",1.0]]', "m", None),
         ('PROJCS["p",UNIT["Clarke foot",0.3047972654]]', "units of 0.3047972654 m", None),
         ("]]] nothing [[[", None, None),
-        ('PROJCS["p",UNIT["metre"', None, None),
+        ('PROJCS["p",UNIT["metre"', "m", None),
     ],
 )
 def test_units_in_wkt(wkt: str, unit: str | None, vertical: str | None) -> None:

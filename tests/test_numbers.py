@@ -23,9 +23,21 @@ def test_uncertainty_decides_the_digits(value: float, u95: float, text: str) -> 
     assert with_uncertainty(value, u95) == text
 
 
+def test_nothing_is_less_than_zero_by_nothing() -> None:
+    assert with_uncertainty(-1e-9, 0.1) == "0.00 ± 0.10"
+    assert with_uncertainty(-0.0, 0.0) == "0 ± 0"
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (0.0711111, "0.0711"), (1234.6, "1230"), (12.345, "12.3"), (-0.5, "-0.500")],
+    [
+        (0.0, "0"),
+        (0.0711111, "0.0711"),
+        (1234.6, "1230"),
+        (12.345, "12.3"),
+        (-0.5, "-0.500"),
+        (-0.0, "0"),
+    ],
 )
 def test_three_digits(value: float, text: str) -> None:
     assert rounded(value) == text

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import time
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +13,7 @@ import pytest
 
 import divespot
 from divespot import DivespotError, Report, Settings
+from divespot.outline_file import read_regions
 from solids import SOLIDS, Floats, raster, sampled
 
 if TYPE_CHECKING:
@@ -229,3 +232,44 @@ def test_outlines_and_bases_go_together(tmp_path: Path) -> None:
     volumes = report.piles[0].volume_by_base_m3 or {}
     assert all(v == pytest.approx(SOLIDS["cone"].volume_m3, rel=0.015) for v in volumes.values())
     assert (report.piles[0].mass_kg or 0) == pytest.approx(774 * volumes["local"], rel=1e-9)
+
+
+def test_outlines_that_overlap_are_refused_neighbours_are_not(tmp_path: Path) -> None:
+    def features(*places: tuple[float, float]) -> dict[str, Any]:
+        squares = [{"type": "Feature", "geometry": polygon(square(0.25, at))} for at in places]
+        return {"type": "FeatureCollection", "features": squares}
+
+    report = inside(tmp_path, cone(), features((-0.25, 0), (0.25, 0), (0.2, 0.505)))
+    assert len(report.piles) + len(report.other_objects) == 3
+    for place in ((0.2, 0.1), (-0.25, 0), (0.0, 0.0)):
+        with pytest.raises(DivespotError, match="outline 1 and outline 2 overlap"):
+            inside(tmp_path, cone(), features((-0.25, 0), place))
+
+
+def test_a_wgs84_outline_over_a_projected_scan_is_named(tmp_path: Path) -> None:
+    degrees = polygon(square(1e-5, (8.73, 49.26)))
+    with pytest.raises(DivespotError, match=r"longitude and latitude \(WGS 84\)"):
+        inside(tmp_path, cone() + UTM_M, degrees)
+
+
+def test_a_hundred_thousand_corners_take_less_than_a_second(tmp_path: Path) -> None:
+    turn = np.linspace(0.0, 2 * np.pi, 100_000, endpoint=False)
+    radius = 0.6 + 0.01 * np.random.default_rng(0).random(len(turn))
+    line = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)]).tolist()
+    frame = inside(tmp_path, cone(), polygon(square(0.6))).level.frame
+    path = written(tmp_path, polygon([*line, line[0]]))
+    begin = time.process_time()
+    assert len(read_regions(path, frame)[0].rings[0]) == 100_000
+    assert time.process_time() - begin < 1.0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no pipes with a name")
+def test_a_pipe_and_a_file_as_large_as_a_disk_are_no_outlines(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.geojson")
+    with (tmp_path / "sparse.geojson").open("wb") as file:
+        file.truncate(1 << 40)
+    for name, words in (("pipe", "no regular file"), ("sparse", "at most 256 MB")):
+        with pytest.raises(DivespotError, match=words):
+            divespot.measure(cone(), outline=tmp_path / f"{name}.geojson")
+        with pytest.raises(DivespotError, match=r"no regular file|can be read"):
+            divespot.measure(cone(), base=f"surface={tmp_path / name}.geojson")

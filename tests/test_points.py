@@ -1,5 +1,7 @@
 """What every kernel does with points that are none, and with a cloud in another guise."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -57,6 +59,55 @@ def test_any_guise_of_a_cloud_gives_the_same_bits(kernel: Kernel) -> None:
     read_only.flags.writeable = False
     assert same_bits(kernel(read_only), expected)
     assert same_bits(kernel((cloud * 1024).astype(int), scale=1024), kernel(cloud * 1024, 1024))
+
+
+def packed(cloud: Cloud, kind: str, before: int, after: int) -> Cloud:
+    """Return a view into packed records, as `np.frombuffer` makes of the body of a file."""
+    fields = [("before", "u1", before), ("xyz", kind, 3), ("after", "u1", after)]
+    records = np.zeros(len(cloud), fields)
+    records["xyz"] = cloud
+    view: Cloud = records["xyz"]
+    return view
+
+
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+def test_a_view_into_packed_records_gives_the_same_bits(kernel: Kernel, kind: str) -> None:
+    cloud = np.round(scattered(500) * 1024) / 1024
+    expected = kernel(cloud)
+    for before, after in ((0, 1), (1, 0), (0, 4), (3, 4), (0, 7), (4, 4), (8, 8)):
+        view = packed(cloud, kind, before, after)
+        assert same_bits(kernel(view), expected)
+        assert same_bits(kernel(view[::-1][::-1]), expected)
+
+
+def test_an_array_at_any_address_gives_the_same_bits(kernel: Kernel) -> None:
+    cloud = scattered(500)
+    for off in range(1, 8):
+        moved = np.frombuffer(bytes(off) + cloud.tobytes(), cloud.dtype, offset=off)
+        assert same_bits(kernel(moved.reshape(cloud.shape)), kernel(cloud))
+
+
+def test_heights_in_packed_records_give_the_same_bits() -> None:
+    heights = scattered(500)[:, 2]
+    view = packed(scattered(500), "f8", 1, 0)[:, 2]
+    expected = divespot.height_histogram(heights, bin_m=0.01)
+    assert same_bits(divespot.height_histogram(view, bin_m=0.01).counts, expected.counts)
+
+
+def test_what_is_masked_is_not_there(kernel: Kernel) -> None:
+    cloud = scattered(500)
+    holes = np.zeros(cloud.shape, bool)
+    holes[::7, 2] = True
+    masked = np.ma.MaskedArray(cloud, holes)
+    assert same_bits(kernel(masked), kernel(np.where(holes, np.nan, cloud)))
+    whole = np.ma.MaskedArray(np.ones((9, 3), bool), False)  # noqa: FBT003
+    with pytest.raises(DivespotError, match="masked bool: real numbers are needed"):
+        kernel(whole)
+
+
+def test_points_that_memory_cannot_hold_are_a_memory_error(kernel: Kernel) -> None:
+    with pytest.raises((MemoryError, DivespotError)):
+        kernel(np.broadcast_to(np.zeros(3), (2**32 - 2, 3)))
 
 
 def test_threads_do_not_count(kernel: Kernel) -> None:
@@ -122,3 +173,30 @@ def test_an_exact_offset_moves_nothing_but_positions() -> None:
     assert divespot.point_spacing(far) == divespot.point_spacing(near)
     moved, kept = (divespot.voxel_downsample(p, 0.1) for p in (far, near))
     np.testing.assert_allclose(moved, kept + UTM, rtol=0, atol=1e-9)
+
+
+NO_THREADS = """
+import resource, numpy as np, divespot
+points = np.random.default_rng(0).random((200_000, 3))
+alone = divespot.voxel_downsample(points, 0.02, threads=1)
+pages = int(open("/proc/self/statm").read().split()[0])
+most = pages * resource.getpagesize() + (200 << 20)
+resource.setrlimit(resource.RLIMIT_AS, (most, most))
+assert (divespot.voxel_downsample(points, 0.02, threads=1024) == alone).all()
+print("done")
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="no limit on the address space")
+def test_where_no_thread_can_start_the_work_is_done_on_fewer() -> None:
+    command = [sys.executable, "-c", NO_THREADS]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    assert done.stdout == "done\n", done.stderr
+
+
+def test_more_threads_than_any_machine_has_are_refused() -> None:
+    for threads in (1025, 4_294_967_295):
+        with pytest.raises(DivespotError, match=r"threads is .* from 0 to 1024 is needed"):
+            divespot.voxel_downsample(CASES["random"], 0.1, threads=threads)
+        with pytest.raises(DivespotError, match=r"threads is .* from 0 to 1024 is needed"):
+            divespot.Settings(threads=threads)

@@ -7,38 +7,90 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, shortened
+
+#: More threads than any machine has cores; each takes a stack of its own.
+MOST_THREADS = 1024
 
 
 def as_floats(name: str, values: ArrayLike) -> NDArray[Any]:
     """Return `values` as an array, of native floats where it holds real numbers.
 
-    float32 and float64 stay as they are, without a copy; other real numbers become float64.
-    What else there is to say about it, the kernels say.
+    float32 and float64 stay as they are, without a copy; other real numbers become float64. What
+    a masked array masks becomes NaN. What else there is to say about it, the kernels say.
     """
+    if isinstance(values, np.ma.MaskedArray):
+        return _filled(name, values)
     try:
         array = np.asarray(values)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise DivespotError(f"{name} are no array of numbers: {error}") from None
-    if array.dtype.kind in "iuf" and array.dtype not in (np.float32, np.float64):
-        return array.astype(np.float64)
+    if array.dtype.kind not in "iuf":
+        raise DivespotError(
+            f"{name} have shape {array.shape} and dtype {array.dtype}: real numbers are needed"
+        )
+    if array.dtype not in (np.float32, np.float64):
+        # Beyond the range of float64 lies infinity, which is dropped and counted.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return array.astype(np.float64)
     return array
+
+
+def _filled(name: str, values: np.ma.MaskedArray[Any, Any]) -> NDArray[Any]:
+    if values.dtype.kind not in "iuf":
+        raise DivespotError(f"{name} are masked {values.dtype}: real numbers are needed")
+    single = values.dtype == np.float32
+    floats: Any = values.astype(np.float32 if single else np.float64)
+    return np.asarray(floats.filled(np.nan))
 
 
 def number(name: str, value: float) -> float:
     """Return `value` as a float."""
     try:
         return math.copysign(math.fabs(value), value)
-    except (TypeError, OverflowError):
-        raise DivespotError(f"{name} is {value!r}: a number is needed") from None
+    except (TypeError, ValueError, OverflowError):
+        raise DivespotError(f"{name} is {shown(value)}: a number is needed") from None
 
 
-def whole(name: str, value: int) -> int:
-    """Return `value` as a whole number that fits a machine word."""
+def whole(name: str, value: int, most: int = 2**63 - 1) -> int:
+    """Return `value` as a whole number from 0 to `most`, which fits a machine word."""
     try:
         given = operator.index(value)
     except TypeError:
         given = -1
-    if not 0 <= given < 2**63:
-        raise DivespotError(f"{name} is {value!r}: a whole number of 0 or more is needed")
+    if not 0 <= given <= most:
+        upper = "of 0 or more" if most >= 2**63 - 1 else f"from 0 to {most}"
+        raise DivespotError(f"{name} is {shown(value)}: a whole number {upper} is needed")
     return given
+
+
+def thread_number(value: int) -> int:
+    """Return the setting ``threads``, 0 for every core."""
+    return whole("threads", value, MOST_THREADS)
+
+
+def seed_number(value: int) -> int:
+    """Return the setting ``seed``."""
+    return whole("seed", value, 2**64 - 1)
+
+
+def switch(name: str, value: bool) -> bool:  # noqa: FBT001 - the value of an option
+    """Return `value` as True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise DivespotError(f"{name} is {shown(value)}: True or False is needed")
+    return bool(value)
+
+
+def word(name: str, value: str) -> str:
+    """Return `value` as a text that can be encoded."""
+    if not isinstance(value, str) or not value.isprintable():
+        raise DivespotError(f"{name} is {shown(value)}: a text is needed")
+    return value
+
+
+def shown(value: object) -> str:
+    """Return how a value is written, without the whole of a large one."""
+    try:
+        return shortened(repr(value), 100)
+    except Exception:  # noqa: BLE001 - repr may do anything, as for int beyond 4,300 digits
+        return f"no {type(value).__name__} that can be written"

@@ -10,12 +10,14 @@ __all__ = [
     "RawObject",
     "__version__",
     "find_ground",
+    "first_crossing",
     "fit_plane",
     "ground_height",
     "hdbscan",
     "height_histogram",
     "height_map",
     "hills",
+    "inside",
     "integrate",
     "leveling",
     "measure_inside",
@@ -32,6 +34,7 @@ __all__ = [
     "survey",
     "unevenness_of_rays",
     "voxel_downsample",
+    "voxels",
 ]
 
 __version__: Final[str]
@@ -60,6 +63,9 @@ def hills(
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
+def voxels(
+    points: NDArray[Any], voxel_m: float, threads: int
+) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
 def height_histogram(
     heights_m: NDArray[Any], bin_m: float, window: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float64]]: ...
@@ -72,7 +78,7 @@ def seen(
 ) -> tuple[NDArray[np.float64], tuple[float, float, float], int, int]: ...
 def survey(
     points: NDArray[Any], seed: int, threads: int
-) -> tuple[float, bool, float, NDArray[np.float64], NDArray[np.float64]]: ...
+) -> tuple[float, bool, float, NDArray[np.float64], NDArray[np.float64], float]: ...
 def find_ground(
     points: NDArray[Any],
     at: NDArray[np.float64],
@@ -195,6 +201,7 @@ def measure_objects(
     ground: NDArray[np.bool_],
     points: NDArray[np.float64],
     is_on: NDArray[np.bool_],
+    is_apart: NDArray[np.bool_],
     measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def measure_inside(
@@ -204,3 +211,5 @@ def measure_inside(
     regions: Sequence[Sequence[Sequence[Sequence[float]]]],
     measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
+def first_crossing(line: NDArray[np.float64]) -> int | None: ...
+def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDArray[np.bool_]: ...

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import numbers
 import os
+import re
 from collections.abc import Callable
 from dataclasses import field
 from typing import Any
 
 import numpy as np
 
+from divespot._arguments import shown
 from divespot.base_name import NEEDED, PLAIN, BaseName
 from divespot.errors import DivespotError
 
@@ -26,7 +28,7 @@ def _option(default: Any, text: str, needed: str, convert: Convert, **more: Any)
             return None
         converted = convert(value)
         if converted is None:
-            raise DivespotError(f"{name} is {value!r}: {needed} is needed")
+            raise DivespotError(f"{name} is {shown(value)}: {needed} is needed")
         return converted
 
     return field(default=default, metadata={"help": text, "plain": plain, **more})
@@ -35,7 +37,10 @@ def _option(default: Any, text: str, needed: str, convert: Convert, **more: Any)
 def _real(value: Any) -> float | None:  # noqa: ANN401
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         return None
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
     return number if math.isfinite(number) else None
 
 
@@ -82,6 +87,19 @@ def text(help_text: str, default: str) -> Any:  # noqa: ANN401
 
 def _text(value: Any) -> str | None:  # noqa: ANN401
     return value if isinstance(value, str) else None
+
+
+def listed(help_text: str, needed: str, pattern: str) -> Any:  # noqa: ANN401
+    """Return a field for words with commas between them that match a pattern; None for none."""
+    matches = re.compile(pattern).fullmatch
+    return _option(
+        None,
+        help_text,
+        needed,
+        lambda v: v if isinstance(v, str) and matches(v) else None,
+        kind=str,
+        metavar="LIST",
+    )
 
 
 def flag(help_text: str, *, default: bool = False) -> Any:  # noqa: ANN401

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from divespot import _native
-from divespot._arguments import as_floats, number, whole
+from divespot._arguments import as_floats, number, switch, thread_number, whole, word
 
 Method = Literal["eom", "leaf"]
 
@@ -114,8 +114,8 @@ def hdbscan(  # noqa: PLR0913 - the keywords of the package of that name
         whole("min_cluster_size", min_cluster_size),
         whole("min_samples", min_cluster_size if min_samples is None else min_samples),
         number("cluster_selection_epsilon", cluster_selection_epsilon),
-        str(cluster_selection_method),
-        bool(allow_single_cluster),
-        whole("threads", threads),
+        word("cluster_selection_method", cluster_selection_method),
+        switch("allow_single_cluster", allow_single_cluster),
+        thread_number(threads),
     )
-    return Clusters(labels, probabilities, mst_weights_m) if details else labels
+    return Clusters(labels, probabilities, mst_weights_m) if switch("details", details) else labels

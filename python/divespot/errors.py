@@ -1,5 +1,31 @@
 """What divespot raises."""
 
+from __future__ import annotations
 
-class DivespotError(Exception):
+import re
+
+#: No terminal line and no log wants more of a sentence.
+LONGEST = 500
+
+_BREAKS = re.compile(r"\s*[\n\r\t\v\f]\s*")
+
+
+class DivespotError(ValueError):
     """Bad input: one sentence that says what was given and what is needed."""
+
+    def __init__(self, sentence: object = "") -> None:
+        super().__init__(shortened(printable(str(sentence))))
+
+
+def printable(text: str) -> str:
+    """Return text on one line, without what would steer a terminal."""
+    line = _BREAKS.sub(" ", text)
+    return "".join(char if char.isprintable() else "\N{REPLACEMENT CHARACTER}" for char in line)
+
+
+def shortened(text: str, most: int = LONGEST) -> str:
+    """Return a text without its middle where it is longer than `most` characters."""
+    if len(text) <= most:
+        return text
+    end = most // 2
+    return f"{text[: most - end - 3]}...{text[-end:]}"

@@ -12,6 +12,7 @@ from divespot import _native
 from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
+from divespot.io.doubts import judged
 from divespot.report import Source
 from divespot.sensor import sensor_place
 
@@ -31,7 +32,9 @@ class Cloud:
     """Finite points in metres relative to `origin_m`, and where they came from.
 
     z is up in a `projected` system. `sensor_m` is where the sensor stood, in the scan's frame and
-    in metres, where that is known.
+    in metres, where that is known. `quantum_m` are the steps to which x, y and z were rounded
+    before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
+    the standard uncertainty step / sqrt(12).
     """
 
     points: NDArray[np.float64]
@@ -40,6 +43,7 @@ class Cloud:
     warnings: tuple[str, ...]
     projected: bool = False
     sensor_m: Position | None = None
+    quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Cloud:
@@ -70,12 +74,20 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
     counts = (len(scan.points), nonfinite, zero)
     described = Source(scan.path, *counts, scan.unit, scan.crs)
     place = sensor_place(scan, points, origin, settings)
-    return Cloud(points, np.array(origin), described, warnings, scan.projected, place)
+    return Cloud(
+        points, np.array(origin), described, warnings, scan.projected, place, scan.quantum_m
+    )
 
 
 def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
     if isinstance(source, str | os.PathLike):
-        return read(source, unit=settings.unit)
+        return read(
+            source,
+            unit=settings.unit,
+            columns=settings.columns,
+            classes=settings.classes,
+            returns=settings.returns,
+        )
     array = as_floats("points", source)
     if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":
         raise DivespotError(
@@ -87,8 +99,17 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
     unit = "m" if settings.unit == "auto" else settings.unit
     if unit not in UNITS:
         raise DivespotError(f"unit is {unit!r}: one of {', '.join(UNITS)} is needed")
-    points = array if UNITS[unit] == 1.0 else array * np.float64(UNITS[unit])
-    return Scan(points, None, unit, unit_stated=True, crs=None, warnings=(), raster=raster)
+    seen = judged(array, unit, stated=settings.unit != "auto")
+    points = seen.xyz if UNITS[unit] == 1.0 else seen.xyz * np.float64(UNITS[unit])
+    x, y, z = (seen.quantum * UNITS[unit]).tolist()
+    return Scan(
+        *(points, None, unit),
+        unit_stated=True,
+        crs=None,
+        warnings=seen.warnings,
+        raster=raster,
+        quantum_m=(x, y, z),
+    )
 
 
 def crop(cloud: Cloud, settings: Settings) -> Cloud:

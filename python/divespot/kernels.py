@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from divespot import _native
-from divespot._arguments import as_floats, number, whole
+from divespot._arguments import as_floats, number, switch, thread_number, whole, word
 
 
 def radius_outlier_mask(
@@ -48,7 +48,7 @@ def radius_outlier_mask(
         as_floats("points", points),
         number("radius_m", radius_m),
         whole("min_neighbors", min_neighbors),
-        whole("threads", threads),
+        thread_number(threads),
     )
 
 
@@ -92,9 +92,9 @@ def voxel_downsample(
 
     """
     means, counts = _native.voxel_downsample(
-        as_floats("points", points), number("voxel_m", voxel_m), whole("threads", threads)
+        as_floats("points", points), number("voxel_m", voxel_m), thread_number(threads)
     )
-    return (means, counts) if return_counts else means
+    return (means, counts) if switch("return_counts", return_counts) else means
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +187,6 @@ def ground_height(
         as_floats("heights_m", heights_m),
         number("bin_m", bin_m),
         whole("window", window),
-        rule,
+        word("rule", rule),
         number("lower_fraction", lower_fraction),
     )

@@ -25,9 +25,10 @@ def with_uncertainty(value: float, u95: float) -> str:
 def rounded(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits, never as a power of ten."""
     if value == 0.0 or not math.isfinite(value):
-        return f"{value:g}"
+        return f"{value + 0.0:g}"
     return _fixed(value, digits - 1 - math.floor(math.log10(abs(value))))
 
 
 def _fixed(value: float, decimals: int) -> str:
-    return f"{round(value, decimals):.{max(decimals, 0)}f}"
+    # Adding 0 leaves no minus before a zero.
+    return f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}"

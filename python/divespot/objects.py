@@ -17,6 +17,7 @@ from divespot.kernels import radius_outlier_mask
 from divespot.mass import mass_kg
 from divespot.report import COVERAGE, Budget, Outline, Pile
 from divespot.settings import given
+from divespot.surface import NO_GROUND
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -83,6 +84,8 @@ def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Setti
 def _surface(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
     """Return a gentle surface through the ground and beneath what stands on it."""
     hills, is_ground, surface, noise = _native.hills(grid.heights_m, grid.cell_m)
+    if not is_ground.any():
+        raise DivespotError(NO_GROUND)
     surface_m = surface.reshape(grid.heights_m.shape)
     return GroundLevel(height_m, noise, surface_m, hills, is_ground)
 
@@ -210,6 +213,7 @@ def measure_objects(
         labels < 0 if is_ground is None else is_ground,
         surface.points,
         surface.is_on,
+        surface.is_apart,
         measuring,
     )
     return Measured(*found, tuple(bases.compared))

@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot import _native
+from divespot.errors import DivespotError, shortened
+from divespot.io.files import bytes_of
+from divespot.outline_checks import first_overlap, refuse_degrees
+from divespot.output import refuse_inputs, write_text
 
 if TYPE_CHECKING:
     import os
@@ -19,6 +23,9 @@ if TYPE_CHECKING:
 
     from divespot.frame import Frame
     from divespot.report import Report
+
+#: No file of outlines is larger.
+LARGEST_BYTES = 256 << 20
 
 #: With the ground's normal farther than this from the scan's z axis, x and y are no plan.
 PLAN_DEG = 45.0
@@ -56,14 +63,23 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
 
     """
     try:
-        features = _features(json.loads(Path(path).read_bytes()))
-        return [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
+        features = _features(json.loads(bytes_of(Path(path), LARGEST_BYTES)))
+        regions = [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
+        _refuse_overlap(regions)
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise DivespotError(f"{path}: is no JSON ({error})") from None
     except DivespotError as error:
         raise DivespotError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise DivespotError(f"{path}: is no JSON ({error})") from None
+    return regions
+
+
+def _refuse_overlap(regions: list[Region]) -> None:
+    found = first_overlap([region.rings for region in regions])
+    if found is not None:
+        one, other = (_what(i + 1, regions[i].name) for i in found)
+        raise DivespotError(f"{one} and {other} overlap: what both cover would count twice")
 
 
 def _features(parsed: Any) -> list[tuple[str | None, Any]]:  # noqa: ANN401 - any JSON value
@@ -91,7 +107,7 @@ def _named(feature: Any) -> tuple[str | None, Any]:  # noqa: ANN401
 
 def _region(number: int, name: str | None, geometry: Any, frame: Frame) -> Region:  # noqa: ANN401
     kind = geometry.get("type") if isinstance(geometry, dict) else None
-    what = f"outline {number}" + (f" ({name})" if name else "")
+    what = _what(number, name)
     if kind not in ("Polygon", "MultiPolygon"):
         raise DivespotError(f"{what} is {kind or 'no geometry'}: Polygon or MultiPolygon is needed")
     coordinates = geometry.get("coordinates")
@@ -106,6 +122,10 @@ def _region(number: int, name: str | None, geometry: Any, frame: Frame) -> Regio
     return Region(name, tuple(sorted(rings, key=_area, reverse=True)))
 
 
+def _what(number: int, name: str | None) -> str:
+    return f"outline {number}" + (f" ({shortened(name, 60)})" if name else "")
+
+
 def _is_filled(polygon: Any) -> bool:  # noqa: ANN401
     return isinstance(polygon, list) and len(polygon) > 0
 
@@ -115,6 +135,7 @@ def _ring(line: Any, frame: Frame) -> NDArray[np.float64]:  # noqa: ANN401
     corners = _positions(line)
     if len(corners) < 4 or (corners[0] != corners[-1]).any():
         raise DivespotError("is not closed: four positions or more, the last the first, are needed")
+    refuse_degrees(corners, frame.origin_m / frame.metres)
     ring = _in_plan(corners[:-1], frame)
     ring = np.asarray(ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)])
     _refuse_crossing(ring, corners)
@@ -126,7 +147,7 @@ def _ring(line: Any, frame: Frame) -> NDArray[np.float64]:  # noqa: ANN401
 def _positions(line: Any) -> NDArray[np.float64]:  # noqa: ANN401
     """Return positions as they are: two or three finite numbers each."""
     rows = [row[:3] for row in line if isinstance(row, list)] if isinstance(line, list) else []
-    numbers = [v for row in rows for v in row if type(v) in (int, float)]
+    numbers = [v for row in rows for v in row if type(v) in {int, float}]
     sizes = {len(row) for row in rows}
     try:
         flat = np.array(numbers, dtype=np.float64)
@@ -164,21 +185,10 @@ def _turned(ring: NDArray[np.float64], *, hole: bool) -> NDArray[np.float64]:
 
 def _refuse_crossing(ring: NDArray[np.float64], corners: NDArray[np.float64]) -> None:
     """Refuse a line two of whose edges cross; edges may touch."""
-    a, b = ring, np.roll(ring, -1, axis=0)
-    for i in range(len(ring)):
-        sides = _side(a[i], b[i], a) * _side(a[i], b[i], b)
-        other = _side(a, b, a[i]) * _side(a, b, b[i])
-        if ((sides < 0.0) & (other < 0.0)).any():
-            place = ", ".join(f"{v:.10g}" for v in corners[i])
-            raise DivespotError(f"crosses itself after ({place}): a simple line is needed")
-
-
-def _side(
-    a: NDArray[np.float64], b: NDArray[np.float64], p: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return on which side of the line from `a` to `b` the places `p` lie."""
-    ab, ap = b - a, p - a
-    return np.asarray(np.sign(ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0]))
+    crossing = _native.first_crossing(ring)
+    if crossing is not None:
+        place = ", ".join(f"{v:.10g}" for v in corners[crossing])
+        raise DivespotError(f"crosses itself after ({place}): a simple line is needed")
 
 
 def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
@@ -205,11 +215,9 @@ def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
         }
         for pile in report.piles
     ]
-    text = json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
-    try:
-        Path(path).write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise DivespotError(f"{path}: cannot be written ({error.strerror})") from None
+    refuse_inputs(path, "the outlines", (report.source.path, report.settings.outline))
+    collection = {"type": "FeatureCollection", "generator": "divespot", "features": features}
+    write_text(path, json.dumps(collection, indent=1) + "\n")
 
 
 def _closed(line: tuple[tuple[float, ...], ...]) -> list[list[float]]:

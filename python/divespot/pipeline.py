@@ -22,7 +22,7 @@ from divespot.pose import find_pose, ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
 from divespot.settings import Settings
-from divespot.spacing import take_survey
+from divespot.spacing import even_out, take_survey
 from divespot.strays import drop_strays
 from divespot.surface import find_surface, map_heights
 from divespot.volume.methods import by_method
@@ -73,8 +73,9 @@ def measure(
     run = Progress(on_stage)
     cloud = run("read", load, source, s)
     cloud = run("crop", crop, cloud, s)
-    scan, s = run("survey", take_survey, cloud.points, s)
-    points = run("radius filter", radius_filter, cloud.points, s)
+    scan, resolved = run("survey", take_survey, cloud.points, s)
+    points, scan, s = run("thinning", even_out, cloud.points, scan, resolved, s)
+    points = run("radius filter", radius_filter, points, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
     points, scan, s = run("strays", drop_strays, points, scan, cloud, s)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot._arguments import as_floats, number, whole
+from divespot._arguments import as_floats, number, seed_number, thread_number, whole
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
@@ -87,8 +87,8 @@ def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC
             number("threshold_m", threshold_m),
             whole("hypotheses", hypotheses),
             cone(axis, max_tilt_deg),
-            whole("seed", seed),
-            whole("threads", threads),
+            seed_number(seed),
+            thread_number(threads),
         )
     )
 

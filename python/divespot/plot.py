@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import math
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot._arguments import number
 from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.numbers import rounded, with_uncertainty
+from divespot.output import refuse_inputs, whole
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -70,11 +74,14 @@ def save_picture(
         matplotlib is not installed, or the file cannot be written.
 
     """
+    refuse_inputs(path, "the picture", (report.source.path,))
+    if truth_m3 is not None and not math.isfinite(number("truth_m3", truth_m3)):
+        raise DivespotError(f"truth_m3 is {truth_m3}: a finite number is needed")
     drawn = figure(report, truth_m3=truth_m3)
-    try:
-        drawn.savefig(path, format="png", dpi=100)
-    except OSError as error:
-        raise DivespotError(f"{path}: cannot be written ({error.strerror})") from None
+    png = BytesIO()
+    drawn.savefig(png, format="png", dpi=100, metadata={"Software": "divespot"})
+    with whole(path) as stream:
+        stream.write(png.getvalue())
 
 
 def figure_class() -> Any:  # noqa: ANN401 - matplotlib may be absent
@@ -122,10 +129,12 @@ def _draw_map(axes: Axes, report: Report) -> None:
 def _draw_outlines(axes: Axes, report: Report) -> None:
     numbers = itertools.count(1)
     for outline in report.level.outlines:
+        text = outline.reason or f"pile {next(numbers)}"
+        if not outline.corners_m:  # too small to have one
+            continue
         corners = np.array([*outline.corners_m, outline.corners_m[0]])[:, :2]
         corners -= report.level.height_map.origin_m
         color = PILE if outline.reason is None else OTHER
-        text = outline.reason or f"pile {next(numbers)}"
         axes.plot(corners[:, 0], corners[:, 1], color=color, linewidth=1.8)
         axes.annotate(
             text,
@@ -163,4 +172,6 @@ def _top_m(report: Report) -> float:
     """Return the height up to which colours differ: that of the highest pile."""
     if report.piles:
         return max(pile.max_height_m for pile in report.piles)
-    return max(float(np.nanmax(_above_ground_m(report))), report.level.height_map.cell_m)
+    heights = _above_ground_m(report)
+    seen = heights[~np.isnan(heights)]
+    return max(float(seen.max(initial=0.0)), report.level.height_map.cell_m)

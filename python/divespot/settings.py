@@ -7,7 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from divespot._options import base, box, choice, count, flag, length, path, positive, text
+from divespot._arguments import MOST_THREADS
+from divespot._options import base, box, choice, count, flag, length, listed, path, positive, text
 from divespot.errors import DivespotError
 from divespot.materials import MATERIALS
 
@@ -39,6 +40,17 @@ class Settings:
     """
 
     unit: str = text("unit of the file's coordinates; auto: as the file says, else m", "auto")
+    columns: str | None = listed(
+        "where x, y, z stand in a text table: numbers from 1 or names, as 3,2,4",
+        *("three numbers or names, as 3,2,4,", r"[^,]+,[^,]+,[^,]+"),
+    )
+    classes: str | None = listed(
+        "classes of a LAS file to keep, as 2,6; without: all but noise",
+        *("numbers from 0 to 255, as 2,6,", r" *\d{1,3} *(, *\d{1,3} *)*"),
+    )
+    returns: Literal["all", "first", "last"] = choice(
+        "returns of a LAS file to keep", "all", "first", "last"
+    )
     crop: tuple[float, ...] | None = box(
         "keep this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
     )
@@ -123,7 +135,7 @@ class Settings:
         default=None,
     )
     seed: int = count("seed of all random draws", 0, 0, most=2**64 - 1)
-    threads: int = count("threads; 0: all that this process may use", 0, 0)
+    threads: int = count("threads; 0: all that this process may use", 0, 0, most=MOST_THREADS)
 
     def __post_init__(self) -> None:
         """Check every value, and take plain Python numbers for those of NumPy."""

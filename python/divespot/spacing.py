@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot._arguments import as_floats, whole
+from divespot._arguments import as_floats, seed_number, thread_number
+from divespot.kernels import voxel_downsample
 from divespot.plane import fit_plane
 from divespot.settings import ground_lengths
 
@@ -25,6 +26,13 @@ HALVINGS = 8
 #: so many standard deviations.
 FLAT_SHARE = 0.3
 FLAT_QUANTILE = 0.385
+
+#: A quarter of the surface at least is sparser than the typical point by this factor, or the
+#: density is even: distances to a fourth neighbour at random scatter by a third.
+UNEVEN = 3.0
+
+#: Such a scan is thinned to voxels of this share of the spacing where points are few.
+THINNED = 0.5
 
 #: A cloud without noise, too, has a threshold: this share of the one by its spacing.
 SMALLEST = 1e-3
@@ -47,6 +55,9 @@ class Survey:
         Shape ``(k, 3)``: some of the points, at most 2,000.
     normals
         Shape ``(k, 3)``: unit normals of the surface there; their signs mean nothing.
+    sparse_m
+        The same as `spacing_m` where points are few: three quarters of the surface are as dense
+        at least.
 
     """
 
@@ -55,6 +66,7 @@ class Survey:
     roughness_m: float
     at_m: NDArray[np.float64]
     normals: NDArray[np.float64]
+    sparse_m: float
 
 
 def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
@@ -75,13 +87,29 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
         `points` have the wrong shape or type, or fewer than five distinct positions.
 
     """
-    return Survey(*_native.survey(as_floats("points", points), seed, whole("threads", threads)))
+    return Survey(
+        *_native.survey(as_floats("points", points), seed_number(seed), thread_number(threads))
+    )
 
 
 def take_survey(points: NDArray[np.float64], settings: Settings) -> tuple[Survey, Settings]:
     """Survey a cloud, and return the lengths that follow with it."""
     found = survey(points, seed=settings.seed, threads=settings.threads)
     return found, settings.resolved(found, len(points))
+
+
+def even_out(
+    points: NDArray[np.float64], found: Survey, resolved: Settings, asked: Settings
+) -> tuple[NDArray[np.float64], Survey, Settings]:
+    """Thin a scan whose density is uneven, as far as it is denser than most of its surface.
+
+    Near a tripod a scanner leaves hundreds of times more points than on the top of a pile; cells
+    that suit the former would be empty on the latter. Lengths follow from what is left.
+    """
+    if found.sparse_m <= UNEVEN * found.spacing_m:
+        return points, found, resolved
+    even = voxel_downsample(points, THINNED * found.sparse_m, threads=asked.threads)
+    return even, *take_survey(even, asked)
 
 
 def flatness(found: Survey, settings: Settings) -> float:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.clusters import find_clusters
+from divespot.errors import DivespotError
 from divespot.grid import HeightMap, height_map
 from divespot.settings import given
 
@@ -17,29 +19,77 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
+NO_GROUND = (
+    "no ground is in view, only slopes or what stands on something: a scan that shows the ground "
+    "around the piles is needed, or a base (height=H or surface=FILE)"
+)
+
 #: The walk goes over cells of so many point spacings, that each holds some points.
 WALKED = 2.0
 
 
+#: Clusters are sought among the means of voxels of so many point spacings: as many as on a plane
+#: have neighbours all around, at a fraction of the work.
+THINNED = 2.0
+
+
 @dataclass(frozen=True)
 class Surface:
-    """Levelled points, shape ``(n, 3)``, and which of them lie on the surface, shape ``(n,)``."""
+    """Levelled points, and where they belong.
+
+    Attributes
+    ----------
+    points
+        Shape ``(n, 3)``.
+    is_on
+        Shape ``(n,)``: whether a point lies on the surface.
+    is_apart
+        Shape ``(n,)``: whether it belongs to a cluster apart from the ground's.
+
+    """
 
     points: NDArray[np.float64]
     is_on: NDArray[np.bool_]
+    is_apart: NDArray[np.bool_]
 
 
 def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) -> Surface:
     """Walk the surface from the ground; what cannot be reached so stands, hangs or flies.
 
     The paper takes every point for the surface.
+
+    Raises
+    ------
+    DivespotError
+        No ground is in view.
+
     """
+    nothing = np.zeros(len(points), dtype=np.bool_)
     if settings.ground_form == "level":
-        return Surface(points, np.ones(len(points), dtype=np.bool_))
+        return Surface(points, ~nothing, nothing)
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     is_on = _native.surface_points(points, cell_m, scan.roughness_m, settings.threads)
-    return Surface(points, is_on)
+    if not is_on.any():
+        raise DivespotError(NO_GROUND)
+    is_apart = _apart(points, is_on, scan, settings)
+    return Surface(points, is_on & ~is_apart, is_apart)
+
+
+def _apart(
+    points: NDArray[np.float64], is_on: NDArray[np.bool_], scan: Survey, settings: Settings
+) -> NDArray[np.bool_]:
+    """Return which points are of clusters apart from the ground's (Algorithm 1, line 18).
+
+    A cluster of which the walk reached less than half is none of the ground's: where it comes
+    near the surface the walk took a few of its points along. What is noise is left to the walk.
+    """
+    thin, voxel = _native.voxels(points, THINNED * scan.spacing_m, settings.threads)
+    cluster = find_clusters(thin, settings.radius_m, settings)[voxel] + 1
+    reached = np.bincount(cluster, is_on)
+    apart = reached < 0.5 * np.bincount(cluster)
+    apart[0] = False
+    return np.asarray(apart[cluster])
 
 
 def map_heights(surface: Surface, settings: Settings) -> HeightMap:

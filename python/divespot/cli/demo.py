@@ -10,8 +10,10 @@ import click
 from divespot.cli.failure import Failure
 from divespot.cli.measure import run, show, show_warnings
 from divespot.cli.options import simulation_options
-from divespot.cli.screen import stdout_console
+from divespot.cli.outputs import check_outputs
+from divespot.cli.screen import file_name, stdout_console
 from divespot.cli.simulate import simulated
+from divespot.output import PICTURE, POINTS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -48,8 +50,11 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
     from divespot.settings import Settings  # noqa: PLC0415
 
     folder = _folder(out)
-    taken = simulated(shape, seed, density)
     scan, picture = folder / f"{shape}.ply", folder / f"{shape}.png"
+    check_outputs(
+        {"scan": (str(scan), POINTS), "picture": (str(picture), PICTURE)}, (), force=False
+    )
+    taken = simulated(shape, seed, density)
     write(scan, taken.points)
     report = run(scan, Settings(unit="m"))
     save_picture(report, picture, truth_m3=taken.volume_m3)
@@ -60,7 +65,7 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
     console.print(_comparison(report, taken.volumes_m3))
     click.echo()
     console.print(times_table(report.timings_s, report.source.points))
-    click.echo(f"\npicture: {click.format_filename(picture)}")
+    click.echo(f"\npicture: {file_name(picture)}")
 
 
 def _folder(out: str) -> Path:
@@ -68,8 +73,9 @@ def _folder(out: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        name = click.format_filename(folder)
-        raise Failure(f"{name}: no such folder can be made ({error.strerror})") from None
+        raise Failure(
+            f"{file_name(folder)}: no such folder can be made ({error.strerror})"
+        ) from None
     return folder
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from divespot.cli.jobs import jobs_option
+from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
 from divespot.cli.screen import progress_bar, stdout_console
+from divespot.output import REPORT
 
 if TYPE_CHECKING:
     from divespot.evaluate import Evaluation
@@ -67,10 +69,11 @@ SCHEMA = "divespot.evaluation/1"
 @click.option(
     "--json",
     "json_file",
-    type=click.File("w", encoding="utf-8", lazy=True),
+    type=click.Path(allow_dash=True),
     metavar="PATH|-",
     help="write all results as JSON, - for stdout and nothing else there",
 )
+@force_option
 def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     scenes: str | None,
     scans: str | None,
@@ -80,7 +83,8 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     paper: bool,  # noqa: FBT001 - click's call
     jobs: int,
     out: str | None,
-    json_file: IO[str] | None,
+    json_file: str | None,
+    force: bool,  # noqa: FBT001 - click's call
 ) -> None:
     """Measure scans of known volume with the default settings, and tell the errors.
 
@@ -91,6 +95,7 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     from divespot.evaluate import evaluate as run  # noqa: PLC0415 - slow to import
     from divespot.report import finite  # noqa: PLC0415 - as above
 
+    check_outputs({"--json": (json_file, REPORT)}, (scans,), force=force)
     begin = time.monotonic()
     with progress_bar("evaluating") as on_round:
         evaluation = run(
@@ -107,8 +112,8 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     if json_file is not None:
         chosen = {"seeds": seeds, "first_seed": first_seed, "density": density}
         everything = finite({**described(evaluation), **chosen})
-        click.echo(json.dumps(everything, indent=1, allow_nan=False), file=json_file)
-    if json_file is None or json_file.name != "-":
+        write_json(json_file, json.dumps(everything, indent=1, allow_nan=False))
+    if json_file != STDOUT:
         show(evaluation)
         click.echo(f"\n{_count(evaluation)} at density {density:g} in {_since(begin)}")
 

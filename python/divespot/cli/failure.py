@@ -6,7 +6,8 @@ from typing import IO, Any
 
 import click
 
-from divespot.errors import DivespotError
+from divespot.cli.screen import tell
+from divespot.errors import DivespotError, printable, shortened
 
 #: What shells report of a process that Ctrl-C ended: 128 + SIGINT.
 INTERRUPTED = 130
@@ -17,7 +18,11 @@ class Failure(click.ClickException):
 
     def show(self, file: IO[Any] | None = None) -> None:
         """Print the line."""
-        click.echo(f"divespot: {' '.join(self.message.split())}", file=file, err=file is None)
+        sentence = shortened(printable(self.message))
+        if file is None:
+            tell(f"divespot: {sentence}")
+        else:
+            click.echo(f"divespot: {sentence}", file=file)
 
 
 class Guarded(click.Group):

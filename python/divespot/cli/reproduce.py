@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from divespot.cli.jobs import jobs_option
-from divespot.cli.screen import progress_bar
+from divespot.cli.screen import file_name, progress_bar
 
 
 @click.command()
@@ -39,4 +39,4 @@ def reproduce(quick: bool, out: str, jobs: int, seed: int) -> None:  # noqa: FBT
     plan = Plan.quick(seed) if quick else Plan(seed=seed)
     with progress_bar("reproducing") as on_round:
         page = run(out, plan, jobs=jobs, on_round=on_round)
-    click.echo(f"written: {page}")
+    click.echo(f"written: {file_name(page)}")

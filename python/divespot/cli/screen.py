@@ -5,10 +5,15 @@ from __future__ import annotations
 import io
 import sys
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+import click
+
+from divespot.errors import printable
+
 if TYPE_CHECKING:
+    import os
     from collections.abc import Callable, Iterator
 
     from rich.console import Console
@@ -26,6 +31,17 @@ def stdout_console() -> Console:
     return Console(markup=False, highlight=False, emoji=False)
 
 
+def file_name(path: str | os.PathLike[str]) -> str:
+    """Return a file's name as a terminal may show it."""
+    return printable(click.format_filename(path))
+
+
+def tell(line: str) -> None:
+    """Print a line on stderr; where nobody can read it, go on without."""
+    with suppress(OSError, ValueError):
+        click.echo(line, err=True)
+
+
 @contextmanager
 def progress_line(task: str) -> Iterator[Callable[[str], None]]:
     """Show ``task: stage`` on stderr once `PATIENCE_S` have passed, on a terminal only.
@@ -36,7 +52,7 @@ def progress_line(task: str) -> Iterator[Callable[[str], None]]:
         To be called with the name of each stage as it begins.
 
     """
-    if not sys.stderr.isatty():
+    if not _is_terminal():
         yield lambda _stage: None
         return
     from rich.console import Console  # noqa: PLC0415 - as above
@@ -54,6 +70,11 @@ def progress_line(task: str) -> Iterator[Callable[[str], None]]:
         status.stop()
 
 
+def _is_terminal() -> bool:
+    """Return whether stderr is one; a process may have none at all."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 @contextmanager
 def progress_bar(task: str) -> Iterator[Callable[[int, int], None]]:
     """Show how much of a long task is done on stderr, on a terminal only.
@@ -64,7 +85,7 @@ def progress_bar(task: str) -> Iterator[Callable[[int, int], None]]:
         To be called with the number of parts that are done and the number of all.
 
     """
-    if not sys.stderr.isatty():
+    if not _is_terminal():
         yield lambda _done, _all: None
         return
     from rich.console import Console  # noqa: PLC0415 - as above

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from divespot.cli.options import simulation_options
-from divespot.cli.screen import progress_line
+from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
+from divespot.cli.screen import file_name, progress_line
+from divespot.output import POINTS, REPORT
 
 if TYPE_CHECKING:
     from divespot.simulate import SimulatedScan
@@ -50,23 +52,33 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
 )
 @click.option(
     "--truth",
-    type=click.File("w", encoding="utf-8", lazy=True),
+    type=click.Path(allow_dash=True),
     metavar="PATH|-",
     help="write the truth as JSON, - for stdout and nothing else there",
 )
 @simulation_options
-def simulate(name: str, output: str, truth: IO[str] | None, seed: int, density: float) -> None:
+@force_option
+def simulate(  # noqa: PLR0913, PLR0917 - one argument an option
+    name: str,
+    output: str,
+    truth: str | None,
+    seed: int,
+    density: float,
+    force: bool,  # noqa: FBT001 - click's call
+) -> None:
     """Simulate a depth camera's scan of the scene NAME, whose volumes are known exactly."""
     from divespot.io import write  # noqa: PLC0415 - slow to import
 
+    outputs = {"--output": (output, POINTS), "--truth": (truth, REPORT)}
+    check_outputs(outputs, (), force=force)
     taken = simulated(name, seed, density)
     write(output, taken.points)
     if truth is not None:
-        click.echo(json.dumps(truth_of(taken, density), indent=1), file=truth)
-    if truth is None or truth.name != "-":
+        write_json(truth, json.dumps(truth_of(taken, density), indent=1))
+    if truth != STDOUT:
         volumes = " + ".join(f"{volume:.5g}" for volume in taken.volumes_m3) or "0"
         count = f"{len(taken.points):,}"
-        click.echo(f"{click.format_filename(output)}: {count} points, truth {volumes} m3")
+        click.echo(f"{file_name(output)}: {count} points, truth {volumes} m3")
 
 
 def simulated(name: str, seed: int, density: float = 1.0) -> SimulatedScan:

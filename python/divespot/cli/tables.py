@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
+from divespot.errors import printable, shortened
 from divespot.numbers import rounded, volume_unit, with_uncertainty
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
 
 
 def _title(pile: Pile) -> str:
-    return f"pile {pile.id}" + (f" ({pile.name})" if pile.name else "")
+    return f"pile {pile.id}" + (f" ({shortened(printable(pile.name), 40)})" if pile.name else "")
 
 
 def _mass(item: Pile | Total) -> str:

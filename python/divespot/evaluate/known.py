@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import io
 import math
 import time
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from divespot.errors import DivespotError
 from divespot.evaluate.outcome import Outcome, PileOutcome
+from divespot.io.files import bytes_of
 from divespot.pipeline import measure
 
 if TYPE_CHECKING:
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 
     from divespot.report import Report
     from divespot.settings import Settings
+
+#: No list of scans is larger.
+LARGEST_BYTES = 64 << 20
 
 COLUMNS = ("path", "volume_m3")
 """Columns that the list must have, a row for each pile; `unit` may follow."""
@@ -71,9 +76,9 @@ def read_list(path: str | os.PathLike[str], settings: Settings) -> list[KnownRou
 
 def _rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
     try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = bytes_of(Path(path), LARGEST_BYTES).decode("utf-8-sig")
+        rows = list(csv.DictReader(io.StringIO(text, newline="")))
+    except (DivespotError, OSError, UnicodeDecodeError, csv.Error) as error:
         raise DivespotError(f"{path}: the list of scans cannot be read ({error})") from None
     if not rows:
         raise DivespotError(f"{path}: a header with path and volume_m3 and a row a pile are needed")

@@ -1,40 +1,58 @@
 """Scans from files, points to files.
 
-Formats: PLY, PCD, LAS, LAZ, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ.
+Formats: PLY, PCD, LAS, LAZ, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; each also in a GZIP or
+ZIP file.
 """
 
 from __future__ import annotations
 
 import os
-import stat
 import warnings as python_warnings
 from pathlib import Path
 
 import numpy as np
 
 from divespot.errors import DivespotError
+from divespot.io.doubts import judged
+from divespot.io.files import bytes_of
 from divespot.io.formats import detect
+from divespot.io.packed import unpacked
 from divespot.io.scan import FloatArray, RawCloud, Scan
-from divespot.io.units import DEGREES, UNITS, accepted_units, metres_per
+from divespot.io.units import DEGREES, STRETCHED, UNITS, accepted_units, metres_per
+from divespot.io.wanted import Wanted
 from divespot.io.write import write
 
 __all__ = ["UNITS", "Scan", "read", "write"]
 
 
-def read(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
+def read(
+    path: str | os.PathLike[str],
+    *,
+    unit: str = "auto",
+    columns: str | None = None,
+    classes: str | None = None,
+    returns: str = "all",
+) -> Scan:
     """Read a scan, whatever its format, in metres.
 
     The format follows from the content; a file with another's extension is read with a warning.
-    No point is dropped.
+    No point is dropped but those of LAS files that are withheld, noise or not asked for.
 
     Parameters
     ----------
     path : str or os.PathLike
         PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC; NPY or
-        NPZ of shape (n, >=3), (h, w, >=3) or with fields x, y, z; or lines of text.
+        NPZ of shape (n, >=3), (h, w, >=3) or with fields x, y, z; or lines of text. Any of them
+        in a GZIP file or alone in a ZIP file.
     unit : str
         The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
         takes what the file states, and metres where it states nothing.
+    columns : str or None
+        Where x, y and z stand in a table of text, such as ``"3,2,4"`` or ``"Easting,North,H"``.
+    classes : str or None
+        Classes of a LAS file to keep, such as ``"2,6"``; None keeps all but noise.
+    returns : str
+        Returns of a LAS file to keep: ``"all"``, ``"first"`` or ``"last"``.
 
     Returns
     -------
@@ -44,91 +62,91 @@ def read(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
     ------
     DivespotError
         If there is no such file, it is not readable, damaged, without points or in no accepted
-        format, if `unit` is unknown, or if the file is in degrees.
+        format, if `unit` is unknown, or if the file is in degrees or another unit that is none.
     """
-    if unit != "auto":
+    if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
+    wanted = Wanted.of(columns, classes, returns)
     file = Path(os.fsdecode(path))
     try:
-        return _read(file, unit)
+        return _read(file, unit, wanted)
     except DivespotError as err:
-        # What a library says may take several lines.
-        raise DivespotError(f"{file}: {' '.join(str(err).split())}") from None
+        raise DivespotError(f"{file}: {err}") from None
     except OSError as err:
         raise DivespotError(f"{file}: cannot be read ({err.strerror or err})") from None
     except MemoryError:
         raise DivespotError(f"{file}: too large for the memory there is") from None
 
 
-def _read(file: Path, unit: str) -> Scan:
-    data = _bytes_of(file)
-    found, warnings = detect(file, data)
+def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
+    name, data = unpacked(file, bytes_of(file))
+    found, warnings = detect(name, data)
     # What a library has to say about a file belongs to the scan, not to the process.
     with python_warnings.catch_warnings(record=True) as caught:
         python_warnings.simplefilter("always")
-        raw = found.read(data)
+        raw = found.read(data, wanted)
     if len(raw.xyz) == 0:
         raise DivespotError("it holds 0 points")
     said = dict.fromkeys(str(warning.message) for warning in caught)
-    unit_used, points, unit_warnings = _in_metres(raw, unit)
+    unit_used, vertical, unit_warnings = _units(raw, unit)
+    stated = unit != "auto" or raw.unit is not None
+    seen = judged(raw.xyz, unit_used, stated=stated)
+    factors = np.array([metres_per(unit_used)] * 2 + [metres_per(vertical)])
     return Scan(
-        points=points,
+        points=_scaled(seen.xyz, factors),
         path=str(file),
         unit=unit_used,
-        unit_stated=unit != "auto" or raw.unit is not None,
+        unit_stated=stated,
         crs=raw.crs,
-        warnings=(*warnings, *raw.warnings, *said, *unit_warnings),
+        warnings=(
+            *warnings,
+            *raw.warnings,
+            *said,
+            *_ignored(found.name, wanted),
+            *unit_warnings,
+            *seen.warnings,
+        ),
         projected=raw.projected,
-        viewpoint_m=_place(raw, unit_used),
+        viewpoint_m=None if raw.viewpoint is None else _triple(np.array(raw.viewpoint) * factors),
         raster=raw.raster,
+        quantum_m=_triple(seen.quantum * factors),
     )
 
 
-def _place(raw: RawCloud, unit: str) -> tuple[float, float, float] | None:
-    if raw.viewpoint is None:
-        return None
-    x, y, z = raw.viewpoint
-    return x * UNITS[unit], y * UNITS[unit], z * UNITS[unit]
+def _triple(numbers: FloatArray) -> tuple[float, float, float]:
+    x, y, z = numbers.tolist()
+    return x, y, z
 
 
-def _bytes_of(file: Path) -> bytes:
-    try:
-        mode = file.stat().st_mode
-    except ValueError as err:
-        raise DivespotError(f"is no path ({err})") from None
-    if stat.S_ISDIR(mode):
-        raise DivespotError("is a folder, need a file")
-    # A pipe or device may never end.
-    if not stat.S_ISREG(mode):
-        raise DivespotError("is no regular file")
-    data = file.read_bytes()
-    if not data:
-        raise DivespotError("the file is empty")
-    return data
+def _ignored(format_name: str, wanted: Wanted) -> tuple[str, ...]:
+    """Return a warning where classes or returns are asked of a file that has none."""
+    if format_name == "LAS/LAZ" or (wanted.classes is None and wanted.returns == "all"):
+        return ()
+    return (f"{format_name} has no classes and returns: all points were taken",)
 
 
-def _in_metres(raw: RawCloud, asked: str) -> tuple[str, FloatArray, tuple[str, ...]]:
-    """Return the unit of the file's numbers, its points in metres, and warnings."""
+def _units(raw: RawCloud, asked: str) -> tuple[str, str, tuple[str, ...]]:
+    """Return the unit of the file's x and y, that of its z, and warnings."""
     if asked != "auto":
         differs = raw.unit not in (None, asked)
         warning = f"the file says its unit is {raw.unit}, it was read as {asked} as asked"
-        return asked, _scaled(raw.xyz, asked, asked), (warning,) if differs else ()
+        return asked, asked, (warning,) if differs else ()
     unit = raw.unit or "m"
     vertical = raw.vertical_unit or unit
-    if unit == DEGREES:
+    if unit in (DEGREES, STRETCHED):
         raise DivespotError(
-            "its coordinates are degrees: project it to metres first, or give its unit"
+            f"its coordinates are {unit}: project it to metres first, or give its unit"
         )
+    if raw.unit is None and raw.vertical_unit not in (None, "m"):
+        raise DivespotError(f"its z is in {vertical}, of x and y nothing is said: give one unit")
     for stated in (unit, vertical):
         if stated not in UNITS:
             raise DivespotError(f"its unit is {stated!r}: give one of {accepted_units()}")
     warning = f"x and y are in {unit}, z in {vertical}"
-    warnings = (warning,) if vertical != unit else ()
-    return unit, _scaled(raw.xyz, unit, vertical), warnings
+    return unit, vertical, (warning,) if vertical != unit else ()
 
 
-def _scaled(xyz: FloatArray, unit: str, vertical: str) -> FloatArray:
-    factors = np.array([metres_per(unit), metres_per(unit), metres_per(vertical)])
+def _scaled(xyz: FloatArray, factors: FloatArray) -> FloatArray:
     if (factors == 1.0).all():
         return xyz
     # Garbage near the largest float may overflow to inf, which a later stage drops and counts.

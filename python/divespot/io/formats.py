@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import PurePath
 
     from divespot.io.scan import RawCloud
+    from divespot.io.wanted import Wanted
 
 
 @dataclass(frozen=True)
@@ -27,18 +28,34 @@ class Format:
     name: str
     begins: re.Pattern[bytes]
     extensions: tuple[str, ...]
-    read: Callable[[bytes], RawCloud]
+    read: Callable[[bytes, Wanted], RawCloud]
 
 
-_COMMENT_LINES = rb"(?:[ \t]*(?:#[^\n]*)?\n)*"
+def _whole(read: Callable[[bytes], RawCloud]) -> Callable[[bytes, Wanted], RawCloud]:
+    """Return a reader of a format that leaves nothing to choose."""
+
+    def read_all(data: bytes, wanted: Wanted) -> RawCloud:
+        if wanted.columns is not None:
+            raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
+        return read(data)
+
+    return read_all
+
+
+_COMMENT_LINES = rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*"
 # Text without a NUL; or UTF-16, which has them, by its byte order mark.
 _TEXT_START = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]*\Z")
 FORMATS = (
-    Format("PLY", re.compile(rb"ply[ \t]*\r?\n"), (".ply",), read_ply),
-    Format("PCD", re.compile(_COMMENT_LINES + rb"(VERSION|FIELDS)\s"), (".pcd",), read_pcd),
+    Format("PLY", re.compile(rb"\s*ply[ \t]*[\r\n]"), (".ply",), _whole(read_ply)),
+    Format(
+        "PCD",
+        re.compile(_COMMENT_LINES + rb"(VERSION|FIELDS|COLUMNS)\s"),
+        (".pcd",),
+        _whole(read_pcd),
+    ),
     Format("LAS/LAZ", re.compile(rb"LASF"), (".las", ".laz"), read_las),
-    Format("NPY", re.compile(rb"\x93NUMPY"), (".npy",), read_npy),
-    Format("NPZ", re.compile(rb"PK\x03\x04"), (".npz",), read_npz),
+    Format("NPY", re.compile(rb"\x93NUMPY"), (".npy",), _whole(read_npy)),
+    Format("NPZ", re.compile(rb"PK\x03\x04"), (".npz",), _whole(read_npz)),
     # Text begins like nothing in particular, so here the extension decides too.
     Format("text", _TEXT_START, (".xyz", ".csv", ".tsv", ".txt", ".asc", ".pts"), read_text),
 )

@@ -10,6 +10,7 @@ import numpy as np
 
 from divespot.errors import DivespotError
 from divespot.io.crs import Crs, crs_from_geokeys, crs_from_wkt
+from divespot.io.las_filter import LasFilter
 from divespot.io.records import require_bytes
 from divespot.io.scan import FloatArray, RawCloud, stack
 
@@ -18,33 +19,40 @@ if TYPE_CHECKING:
 
     import laspy
 
+    from divespot.io.wanted import Wanted
+
 # Memory for one batch of unpacked records. Batches, because the count of a LAZ file cannot be
 # checked against its size beforehand.
 _BATCH_BYTES = 32 << 20
 _COMPRESSED_BIT = 0x80
 _FIRST_LAYERED_FORMAT = 6
+# Record id under 'laszip encoded', and its first number for points that are compressed one by one.
+_LASZIP, _POINTWISE = 22204, 1
 # Record ids under 'LASF_Projection'.
 _WKT, _GEOKEYS, _DOUBLES, _ASCII = 2112, 34735, 34736, 34737
 _CORRUPT = "not a readable LAS or LAZ file, truncated or corrupt ({})"
 
 
-def read_las(data: bytes) -> RawCloud:
-    """Read scaled x, y, z and the units that the reference system states."""
+def read_las(data: bytes, wanted: Wanted) -> RawCloud:
+    """Read scaled x, y, z of the points wanted, and the units that the reference system states."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
+    if wanted.columns is not None:
+        raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
     _check_header(data)
+    wanted_ones = LasFilter(wanted)
+    parts = laspy.DecompressionSelection
     try:
         # One thread: lazrs with several aborts the process on a corrupt chunk table, and is no
         # faster here.
         with laspy.open(
             BytesIO(data),
             laz_backend=laspy.LazBackend.Lazrs,
-            decompression_selection=laspy.DecompressionSelection.base()
-            | laspy.DecompressionSelection.Z,
+            decompression_selection=parts.base() | parts.Z | parts.CLASSIFICATION | parts.FLAGS,
         ) as reader:
             if reader.header.are_points_compressed:
                 _check_chunks(data, reader.header)
-            xyz = _read_points(reader)
+            xyz = _read_points(reader, wanted_ones)
             crs = _read_crs(reader.header)
     except DivespotError:
         raise
@@ -54,7 +62,8 @@ def read_las(data: bytes) -> RawCloud:
         if not isinstance(err, Exception) and type(err).__name__ != "PanicException":
             raise
         raise DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}")) from None
-    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text, projected=crs.projected)
+    warnings = (*crs.warnings, *wanted_ones.told(len(xyz)))
+    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text, warnings, projected=crs.projected)
 
 
 def _check_header(data: bytes) -> None:
@@ -66,6 +75,7 @@ def _check_header(data: bytes) -> None:
         if version >= 4:
             evlr_start, evlrs, count = struct.unpack_from("<QIQ", data, 235)
         if kind & _COMPRESSED_BIT:
+            _refuse_pointwise(data, header_size, vlrs)
             _check_chunk_table(data, start, count)
     except (IndexError, struct.error):
         raise DivespotError(
@@ -75,6 +85,18 @@ def _check_header(data: bytes) -> None:
         raise DivespotError("its LAS header promises more records than it holds: it is corrupt")
     if not kind & _COMPRESSED_BIT:
         require_bytes(count * stride, len(data) - start, count)
+
+
+def _refuse_pointwise(data: bytes, at: int, vlrs: int) -> None:
+    """Refuse points that are compressed one by one, of which there is no chunk table."""
+    for _ in range(vlrs):
+        record, size = struct.unpack_from("<2H", data, at + 18)
+        if record == _LASZIP and struct.unpack_from("<H", data, at + 54)[0] == _POINTWISE:
+            raise DivespotError(
+                "it is LAZ without chunks (LASzip compressor 1), which is not supported: "
+                "rewrite it with laszip or PDAL"
+            )
+        at += 54 + size
 
 
 def _table_offset(data: bytes, start: int) -> int:
@@ -101,40 +123,46 @@ def _check_chunks(data: bytes, header: laspy.LasHeader) -> None:
     vlr = lazrs.LazVlr(header.vlrs.get("LasZipVlr")[0].record_data)
     stream = BytesIO(data)
     stream.seek(start)
-    sizes = [size for _, size in lazrs.read_chunk_table(stream, vlr)]
-    if start + 8 + sum(sizes) != _table_offset(data, start):
+    table = lazrs.read_chunk_table(stream, vlr)
+    if start + 8 + sum(size for _, size in table) != _table_offset(data, start):
         raise DivespotError("its LAZ chunks and its chunk table disagree: it is corrupt")
     if vlr.item_size() != header.point_format.size:
         raise DivespotError("its LAZ record and its LAS header disagree: it is corrupt")
     if header.point_format.id < _FIRST_LAYERED_FORMAT:
         return
-    at = start + 8
-    for size in sizes:
-        # A chunk is a point, its count, and a size for each layer: first x with y, then z.
-        layers = struct.unpack_from("<2I", data, at + header.point_format.size + 4)
-        if sum(layers) > size:
-            raise DivespotError("its LAZ layers are larger than their chunk: it is corrupt")
-        at += size
+    at, left = start + 8, header.point_count
+    for counted, size in table:
+        count = counted if vlr.uses_variable_size_chunks() else min(vlr.chunk_size(), left)
+        # A chunk is a point, its count, and a size for each layer: first x with y, then z, class
+        # and flags.
+        promised, *layers = struct.unpack_from("<5I", data, at + header.point_format.size)
+        if sum(layers) > size or promised != count:
+            raise DivespotError("its LAZ layers and their chunk disagree: it is corrupt")
+        at, left = at + size, left - count
 
 
-def _read_points(reader: laspy.LasReader) -> FloatArray:
+def _read_points(reader: laspy.LasReader, wanted: LasFilter) -> FloatArray:
     header = reader.header
     batch = max(1, _BATCH_BYTES // header.point_format.size)
     parts = [np.empty((0, 3))]
+    held = 0
     for points in reader.chunk_iterator(batch):
+        held += len(points)
         raw = stack([points.X, points.Y, points.Z])
+        keeps = wanted.keeps(points)
+        if not keeps.all():
+            raw = raw.compress(keeps, axis=0)
         # A corrupt scale may overflow to inf, which a later stage drops and counts.
         with np.errstate(over="ignore", invalid="ignore"):
             raw *= header.scales
             raw += header.offsets
         parts.append(raw)
-    xyz = np.concatenate(parts)
-    if len(xyz) != header.point_count:
+    if held != header.point_count:
         raise DivespotError(
-            f"the header promises {header.point_count} points but the file holds {len(xyz)}: "
+            f"the header promises {header.point_count} points but the file holds {held}: "
             "it is truncated or corrupt"
         )
-    return xyz
+    return np.concatenate(parts)
 
 
 def _read_crs(header: laspy.LasHeader) -> Crs:

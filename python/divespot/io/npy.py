@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-import zipfile
-import zlib
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from numpy.lib import format as npy_format
 
 from divespot.errors import DivespotError
-from divespot.io.records import require_axes, require_bytes
+from divespot.io.packed import open_zip, read_member
+from divespot.io.records import axes_of, refuse_image, require_bytes
 from divespot.io.scan import RawCloud, stack
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-# Deflate cannot do better than 1032 to 1.
-_DEFLATE_MAX_RATIO = 1032
 _POINTS_KEYS = ("points", "xyz", "arr_0")
 # Axes of an array of pixels, with x, y and z along the last one or as its fields.
 _PIXEL_AXES, _PIXEL_AXES_OF_FIELDS = 3, 2
@@ -36,26 +33,10 @@ def read_npz(data: bytes) -> RawCloud:
 
     Other arrays are not touched: they may well be pickled.
     """
-    try:
-        with zipfile.ZipFile(BytesIO(data)) as archive:
-            members = {m.filename[:-4]: m for m in archive.infolist() if _is_array(m)}
-            arrays = [_load(archive.read(members[name])) for name in _chosen(list(members))]
-    # What zipfile raises on damaged archives; RuntimeError is an encrypted one.
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        EOFError,
-        OSError,
-        RuntimeError,
-        ValueError,
-    ) as err:
-        raise DivespotError(f"not a readable NPZ file, truncated or corrupt ({err})") from None
-    if len(arrays) == 1:
-        return _raw(arrays[0])
-    columns = [_real(array).ravel() for array in arrays]
-    if len({len(column) for column in columns}) != 1:
-        raise DivespotError("its arrays x, y and z differ in size: need one size")
-    return RawCloud(stack(columns))
+    with open_zip(data) as archive:
+        members = {m.filename[:-4]: m for m in archive.infolist() if m.filename.endswith(".npy")}
+        arrays = [_load(read_member(archive, members[name])) for name in _chosen(list(members))]
+    return _raw(arrays[0]) if len(arrays) == 1 else RawCloud(_columns(arrays))
 
 
 def _raw(array: NDArray[Any]) -> RawCloud:
@@ -65,16 +46,11 @@ def _raw(array: NDArray[Any]) -> RawCloud:
     return RawCloud(_xyz(array), raster=array.shape[:2] if pixels else None)
 
 
-def _is_array(member: zipfile.ZipInfo) -> bool:
-    if member.file_size > member.compress_size * _DEFLATE_MAX_RATIO + 64:
-        raise DivespotError(f"its member {member.filename!r} lies about its size: it is corrupt")
-    return member.filename.endswith(".npy")
-
-
 def _chosen(names: list[str]) -> list[str]:
     """Return the one array that holds the points, or the three that do."""
-    if all(axis in names for axis in "xyz"):
-        return ["x", "y", "z"]
+    for axes in (["x", "y", "z"], ["X", "Y", "Z"]):
+        if all(axis in names for axis in axes):
+            return axes
     named = [key for key in _POINTS_KEYS if key in names]
     if not named and len(names) != 1:
         raise DivespotError(
@@ -112,12 +88,21 @@ def _check_size(data: bytes) -> None:
 
 def _xyz(array: NDArray[Any]) -> NDArray[np.float64]:
     if array.dtype.names is not None:
-        require_axes(dict.fromkeys(array.dtype.names), "fields")
-        return stack([_real(array[axis]).ravel() for axis in "xyz"])
+        return _columns([array[axis] for axis in axes_of(array.dtype.names, "fields")])
     if array.ndim not in (2, 3) or array.shape[-1] < 3:
         raise DivespotError(f"it holds an array of shape {array.shape}: need {_SHAPES}")
+    if array.ndim == 3 and array.dtype.itemsize == 1:
+        raise DivespotError(f"it holds {array.shape[-1]} bytes a pixel, a picture: need {_SHAPES}")
     flat = _real(array).reshape(-1, array.shape[-1])
+    refuse_image(*flat.shape)
     return stack([flat[:, axis] for axis in range(3)])
+
+
+def _columns(arrays: list[NDArray[Any]]) -> NDArray[np.float64]:
+    columns = [_real(array).ravel() for array in arrays]
+    if len({len(column) for column in columns}) != 1:
+        raise DivespotError("its arrays x, y and z differ in size: need one size")
+    return stack(columns)
 
 
 def _real(array: NDArray[Any]) -> NDArray[Any]:

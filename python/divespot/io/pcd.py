@@ -9,7 +9,6 @@ decompressed by python-neo-lzf.
 from __future__ import annotations
 
 import math
-import re
 import struct
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -17,12 +16,11 @@ from typing import TypeAlias
 import numpy as np
 
 from divespot.errors import DivespotError
-from divespot.io.records import require_axes, require_bytes, unpack_records
+from divespot.io.header import find_header
+from divespot.io.records import axes_of, require_bytes, unpack_records
 from divespot.io.scan import FloatArray, RawCloud, stack
 from divespot.io.table import number_rows, parse_rows, split_lines
 
-_DATA_LINE = re.compile(rb"^DATA[ \t]+(\w+)[ \t]*\r?\n", re.MULTILINE)
-_MAX_HEADER_BYTES = 1 << 20
 _TYPES = {
     *(("F", size) for size in (4, 8)),
     *((kind, size) for kind in "IU" for size in (1, 2, 4, 8)),
@@ -76,15 +74,17 @@ def read_pcd(data: bytes) -> RawCloud:
     }
     if header.encoding not in readers:
         raise DivespotError(f"PCD data is {header.encoding!r}: need one of {', '.join(readers)}")
+    if header.points == 0:
+        return RawCloud(np.empty((0, 3)))
     xyz = readers[header.encoding](data, header)
     return RawCloud(xyz, viewpoint=header.viewpoint, raster=header.raster)
 
 
 def _parse_header(data: bytes) -> _Header:
-    end = _DATA_LINE.search(data, 0, _MAX_HEADER_BYTES)
-    if end is None:
+    text = find_header(data, rb"DATA[ \t]+(\w+)")
+    if text is None:
         raise DivespotError("the PCD header has no DATA line: it is truncated")
-    lines = data[: end.start()].decode("utf-8", "replace").rstrip("\n").split("\n")
+    lines = text.lines
     entries = {words[0]: words[1:] for words in map(str.split, lines) if words}
     try:
         fields = _parse_fields(entries)
@@ -100,7 +100,7 @@ def _parse_header(data: bytes) -> _Header:
     _require_types(fields)
     place = _viewpoint(entries.get("VIEWPOINT", []))
     raster = (height, width) if min(height, width) > 1 else None
-    return _Header(fields, points, end[1].decode(), end.end(), len(lines) + 1, place, raster)
+    return _Header(fields, points, text.word, text.size, len(lines) + 1, place, raster)
 
 
 def _viewpoint(words: list[str]) -> Place | None:
@@ -114,18 +114,18 @@ def _viewpoint(words: list[str]) -> Place | None:
 
 
 def _parse_fields(entries: dict[str, list[str]]) -> list[_Field]:
-    names = entries["FIELDS"]
-    sizes = [int(size) for size in entries["SIZE"]]
+    """Return the fields; version .5 calls them COLUMNS, and float32 is PCL's default."""
+    names = entries["FIELDS"] if "FIELDS" in entries else entries["COLUMNS"]
+    kinds = entries.get("TYPE", ["F"] * len(names))
+    sizes = [int(size) for size in entries.get("SIZE", ["4"] * len(names))]
     counts = [int(count) for count in entries.get("COUNT", ["1"] * len(names))]
-    parts = zip(names, entries["TYPE"], sizes, counts, strict=True)
-    return [_Field(*part) for part in parts]
+    return [_Field(*part) for part in zip(names, kinds, sizes, counts, strict=True)]
 
 
 def _require_types(fields: list[_Field]) -> None:
-    by_name = {f.name: f for f in fields}
-    require_axes(by_name, "PCD fields")
+    axes = axes_of((f.name for f in fields), "PCD fields")
     for f in fields:
-        if (f.kind, f.size) not in _TYPES or f.count < 1 or (f.name in "xyz" and f.count != 1):
+        if (f.kind, f.size) not in _TYPES or f.count < 1 or (f.name in axes and f.count != 1):
             raise DivespotError(
                 f"PCD field {f.name!r} has TYPE {f.kind} SIZE {f.size} COUNT {f.count}: "
                 "need F of 4 or 8, I or U of 1, 2, 4 or 8 bytes, and COUNT 1 for x, y, z"
@@ -134,10 +134,10 @@ def _require_types(fields: list[_Field]) -> None:
 
 def _offsets(fields: list[_Field], scale: int = 1) -> dict[str, tuple[str, int]]:
     """Return type and byte offset of each field, each of them `scale` records wide."""
-    found = {}
+    found: dict[str, tuple[str, int]] = {}
     at = 0
     for f in fields:
-        found[f.name] = (f.dtype, at)
+        found.setdefault(f.name, (f.dtype, at))
         at += f.width * scale
     return found
 
@@ -151,12 +151,15 @@ def _read_ascii(data: bytes, header: _Header) -> FloatArray:
         )
     if not rows:
         return np.empty((0, 3))
-    names = [name for f in header.fields for name in [f.name] * f.count]
-    if len(rows[0].split()) != len(names):
+    width = sum(f.count for f in header.fields)
+    if len(rows[0].split()) != width:
         raise DivespotError(
-            f"line {numbers[0]} has {len(rows[0].split())} values: the header names {len(names)}"
+            f"line {numbers[0]} has {len(rows[0].split())} values: the header names {width}"
         )
-    return parse_rows(rows, numbers, (names.index("x"), names.index("y"), names.index("z")))
+    names = [f.name for f in header.fields]
+    before = [names.index(axis) for axis in axes_of(names, "PCD fields")]
+    x, y, z = (sum(f.count for f in header.fields[:index]) for index in before)
+    return parse_rows(rows, numbers, (x, y, z))
 
 
 def _read_binary(data: bytes, header: _Header) -> FloatArray:
@@ -167,11 +170,9 @@ def _read_binary(data: bytes, header: _Header) -> FloatArray:
 def _read_compressed(data: bytes, header: _Header) -> FloatArray:
     """Read the fields one after the other, each of them for all points, under LZF."""
     body = _decompress(data, header)
-    columns = []
-    for axis, (dtype, offset) in _offsets(header.fields, header.points).items():
-        if axis in "xyz":
-            columns.append((axis, np.frombuffer(body, dtype, header.points, offset)))
-    return stack([column for _, column in sorted(columns, key=lambda pair: pair[0])])
+    offsets = _offsets(header.fields, header.points)
+    axes = (offsets[axis] for axis in axes_of(offsets, "PCD fields"))
+    return stack([np.frombuffer(body, dtype, header.points, at) for dtype, at in axes])
 
 
 def _decompress(data: bytes, header: _Header) -> bytes:

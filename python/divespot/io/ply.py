@@ -7,16 +7,20 @@ remains is a header of a few lines and one NumPy call.
 
 from __future__ import annotations
 
-import re
+import itertools
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from divespot.errors import DivespotError
-from divespot.io.records import require_axes, unpack_records
+from divespot.io.header import find_header
+from divespot.io.records import axes_of, unpack_records
 from divespot.io.scan import FloatArray, RawCloud
 from divespot.io.table import number_rows, parse_rows, split_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 _TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),
@@ -31,8 +35,6 @@ _TYPES = {
     **dict.fromkeys(("double", "float64"), "f8"),
 }
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-_END = re.compile(rb"^end_header[ \t]*\r?\n", re.MULTILINE)
-_MAX_HEADER_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def read_ply(data: bytes) -> RawCloud:
         raise DivespotError("the PLY header has no 'vertex' element: need one with x, y and z")
     before = header.elements[: names.index("vertex")]
     vertex = header.elements[len(before)]
-    require_axes({p.name: None for p in vertex.properties}, "vertex properties")
+    axes_of((p.name for p in vertex.properties), "vertex properties")
     if vertex.has_lists:
         raise DivespotError("the PLY vertex element holds a list property: need single values only")
     read_body = _read_binary if header.byte_order else _read_ascii
@@ -82,15 +84,15 @@ def read_ply(data: bytes) -> RawCloud:
 
 
 def _parse_header(data: bytes) -> _Header:
-    end = _END.search(data, 0, _MAX_HEADER_BYTES)
-    if end is None:
+    text = find_header(data, rb"end_header")
+    if text is None:
         raise DivespotError("the PLY header does not end in 'end_header': it is truncated")
-    lines = data[: end.start()].decode("utf-8", "replace").strip().split("\n")
+    lines = text.lines
     order: str | None = None
     elements: list[_Element] = []
-    for number, line in enumerate(lines[1:], 2):
+    for number, line in enumerate(lines, 1):
         words = line.split()
-        if not words or words[0] in ("comment", "obj_info"):
+        if not words or words[0] in ("ply", "comment", "obj_info"):
             continue
         try:
             if words[0] == "format":
@@ -101,7 +103,7 @@ def _parse_header(data: bytes) -> _Header:
             raise DivespotError(f"PLY header line {number} is {line[:80]!r}: not PLY") from None
     if order is None:
         raise DivespotError("the PLY header has no 'format' line")
-    return _Header(order, elements, end.end(), len(lines) + 1)
+    return _Header(order, elements, text.size, len(lines) + 1)
 
 
 def _add(elements: list[_Element], words: list[str]) -> None:
@@ -123,23 +125,61 @@ def _read_ascii(
 ) -> FloatArray:
     rows, numbers = number_rows(split_lines(data[header.size :]), header.lines + 1)
     start = sum(element.count for element in before)
+    names = [p.name for p in vertex.properties]
+    columns = tuple(map(names.index, axes_of(names, "vertex properties")))
+    if vertex.count == 0:
+        return np.empty((0, 3))
+    if start < len(rows) and len(rows[start].split()) != len(names):
+        tokens = _tokens(rows, header.elements, vertex)
+        if tokens is None:
+            raise DivespotError(
+                f"line {numbers[start]} has {len(rows[start].split())} values: "
+                f"the header names {len(names)} vertex properties"
+            )
+        rows, start = tokens, 0
+        numbers = [numbers[0]] * len(rows)
     held = max(len(rows) - start, 0)
     if held < vertex.count:
         raise DivespotError(
             f"the header promises {vertex.count} points but the file holds {held} rows of them: "
             "it is truncated or corrupt"
         )
-    if vertex.count == 0:
-        return np.empty((0, 3))
     stop = start + vertex.count
-    names = [p.name for p in vertex.properties]
-    if len(rows[start].split()) != len(names):
-        raise DivespotError(
-            f"line {numbers[start]} has {len(rows[start].split())} values: "
-            f"the header names {len(names)} vertex properties"
-        )
-    columns = (names.index("x"), names.index("y"), names.index("z"))
-    return parse_rows(rows[start:stop], numbers[start:stop], columns)
+    return parse_rows(rows[start:stop], numbers[start:stop], (columns[0], columns[1], columns[2]))
+
+
+def _tokens(rows: list[str], elements: list[_Element], vertex: _Element) -> list[str] | None:
+    """Return a row a vertex, wherever lines end; None where the values are not as many as needed.
+
+    What writes several lines a vertex does so for all of them.
+    """
+    tokens = itertools.chain.from_iterable(row.split() for row in rows)
+    found: list[str] = []
+    for element in elements:
+        for _ in range(element.count if element.properties else 0):
+            values = _values(tokens, element)
+            if values is None:
+                return None
+            if element is vertex:
+                found.append(" ".join(values))
+    return found if next(tokens, None) is None else None
+
+
+def _values(tokens: Iterator[str], element: _Element) -> list[str] | None:
+    """Return the values of one row of an element; None where they are not there."""
+    values: list[str] = []
+    for p in element.properties:
+        times = 1
+        if p.length_dtype is not None:
+            length = next(tokens, "")
+            if not length.isdecimal() or len(length) > 9:
+                return None
+            times = int(length)
+        taken = list(itertools.islice(tokens, times))
+        if len(taken) < times:
+            return None
+        values.extend(taken)
+    return values
 
 
 def _read_binary(

@@ -10,15 +10,42 @@ from divespot.errors import DivespotError
 from divespot.io.scan import FloatArray, stack
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 
-def require_axes(names: Mapping[str, object], what: str) -> None:
-    """Raise DivespotError unless `names` holds x, y and z."""
-    missing = [axis for axis in "xyz" if axis not in names]
-    if missing:
-        found = ", ".join(names) or "none"
-        raise DivespotError(f"no {', '.join(missing)} among its {what} ({found}): need x, y and z")
+#: No list of points has so many columns; an image less than four times as high as wide, none.
+_IMAGE_COLUMNS, _TABLE_COLUMNS, _TALL = 16, 64, 4
+
+
+def axes_of(names: Iterable[str], what: str) -> tuple[str, str, str]:
+    """Return which of `names` are x, y and z, in small letters or, if there are none, capitals.
+
+    Raises
+    ------
+    DivespotError
+        One of them is missing.
+
+    """
+    known = list(names)
+    found = [next((name for name in (a, a.upper()) if name in known), None) for a in "xyz"]
+    x, y, z = found
+    if x is None or y is None or z is None:
+        missing = ", ".join(a for a, name in zip("xyz", found, strict=True) if name is None)
+        listed = ", ".join(known) or "none"
+        raise DivespotError(f"no {missing} among its {what} ({listed}): need x, y and z")
+    return x, y, z
+
+
+def refuse_image(rows: int, columns: int) -> None:
+    """Raise DivespotError where a table is as wide as only images are."""
+    if rows == 3 and columns > _TABLE_COLUMNS:
+        raise DivespotError(f"it holds 3 rows of {columns} numbers: need a row a point, transposed")
+    if columns > _TABLE_COLUMNS or (columns >= _IMAGE_COLUMNS and rows < _TALL * columns):
+        raise DivespotError(
+            f"it holds {rows} rows of {columns} numbers, as a depth image does: need x, y, z a "
+            "row; turn depths z into points by the camera's x = (u - cx) z / fx, "
+            "y = (v - cy) z / fy"
+        )
 
 
 def require_bytes(needed: int, held: int, count: int) -> None:
@@ -50,7 +77,10 @@ def unpack_records(
     ndarray, shape (count, 3), float64
     """
     require_bytes(count * stride, len(data) - offset, count)
-    formats, offsets = zip(*(fields[axis] for axis in "xyz"), strict=True)
+    if count == 0:
+        return np.empty((0, 3))
+    axes = axes_of(fields, "fields")
+    formats, offsets = zip(*(fields[axis] for axis in axes), strict=True)
     dtype = np.dtype(
         {"names": ["x", "y", "z"], "formats": formats, "offsets": offsets, "itemsize": stride}
     )

@@ -21,8 +21,8 @@ class Scan:
     Attributes
     ----------
     points : ndarray, shape (n, 3), float64, C-contiguous
-        x, y, z in metres, in the file's order and frame. Nothing is dropped: rows that are not
-        finite and (0, 0, 0) rows are still there.
+        x, y, z in metres, in the file's order and frame. Rows that are not finite and (0, 0, 0)
+        rows are still there; a height that means no data is NaN.
     path : str or None
         The file, or None for points that never were in one.
     unit : str
@@ -40,6 +40,8 @@ class Scan:
         Where the file says that the sensor stood, in metres.
     raster : tuple of int or None
         Rows and columns, where the points are the pixels of a frame, row by row.
+    quantum_m : tuple of float
+        The steps in metres to which x, y and z were rounded, 0 where none is seen.
     """
 
     points: FloatArray
@@ -51,6 +53,7 @@ class Scan:
     projected: bool = False
     viewpoint_m: tuple[float, float, float] | None = None
     raster: tuple[int, int] | None = None
+    quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

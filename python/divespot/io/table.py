@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NoReturn
+import re
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -13,6 +14,14 @@ if TYPE_CHECKING:
 
     from divespot.io.scan import FloatArray
 
+# What the printf of one system or another makes of what is no number.
+_NAN = re.compile(r"(?i)\bnan\([^)\n]{0,40}\)|\b1\.?#(?:[QS]NAN|IND)\d*")
+_INFINITE = re.compile(r"(?i)\b1\.?#INF\d*")
+# NumPy looks for no signal while it parses: so many rows take some tenths of a second.
+_ROWS_AT_ONCE = 200_000
+_QUOTED = re.compile(r'"([^"\n]*)"')
+_COMMA_NUMBER = re.compile(r"\s*[+-]?\d+,\d*(e[+-]?\d+)?\s*", re.IGNORECASE)
+
 
 def uncomment(line: str) -> str:
     """Return `line` without what follows ``#`` or ``//``, and without outer blanks."""
@@ -20,13 +29,30 @@ def uncomment(line: str) -> str:
 
 
 def split_lines(data: bytes) -> list[str]:
-    """Return the lines of a text file: UTF-8 or UTF-16 by its mark, any line ends, no quotes."""
+    """Return the lines of a text file: UTF-8 or UTF-16 by its mark, any line ends.
+
+    Quotes are gone; what separates fields does not do so within them, and a comma within a quoted
+    number is a decimal sign.
+    """
     utf16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     text = data.decode("utf-16" if utf16 else "utf-8-sig", "replace")
+    text = text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    if '"' in text:
+        text = _QUOTED.sub(_unquoted, text).replace('"', "")
+    if "#" in text or "(" in text:
+        text = _INFINITE.sub("inf", _NAN.sub("nan", text))
     # str.splitlines also breaks at form feeds and the like, which would shift line numbers.
-    return (
-        text.lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
-    )
+    return text.split("\n")
+
+
+def _unquoted(match: re.Match[str]) -> str:
+    inner = match[1]
+    if _COMMA_NUMBER.fullmatch(inner):
+        return inner.replace(",", ".")
+    return inner.translate(_NO_MARKS)
+
+
+_NO_MARKS = str.maketrans(",;\t", "   ")
 
 
 def number_rows(lines: Sequence[str], first_number: int) -> tuple[list[str], list[int]]:
@@ -65,10 +91,11 @@ def parse_rows(
         If a row has more or fewer fields than the first, or x, y or z is no number.
     """
     _require_even(rows, numbers, delimiter)
+    how: dict[str, Any] = {"delimiter": delimiter, "usecols": columns, "comments": None, "ndmin": 2}
+    begins = range(0, len(rows), _ROWS_AT_ONCE)
     try:
-        return np.loadtxt(
-            rows, delimiter=delimiter, usecols=columns, comments=None, ndmin=2, dtype=np.float64
-        )
+        parts = [np.loadtxt(rows[b : b + _ROWS_AT_ONCE], dtype=np.float64, **how) for b in begins]
+        return np.concatenate(parts)
     except ValueError as err:
         _raise_bad_row(rows, numbers, columns, delimiter, err)
 

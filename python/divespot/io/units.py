@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,18 @@ UNITS: Mapping[str, float] = MappingProxyType(
 DEGREES = "degrees"
 """What a file with a geographic reference system is said to be in: no length."""
 
+STRETCHED = "metres of a Mercator or equidistant cylindrical map"
+"""What a file with such a reference system is said to be in: off the equator, no metres."""
+
+_SPELLINGS = {
+    "m": ("m", "meter", "meters", "metre", "metres"),
+    "ft": ("ft", "foot", "feet", "footinternational", "internationalfoot"),
+    "us-ft": ("usft", "ftus", "footus", "ussurveyfoot", "ussurveyfeet", "usfeet"),
+    "mm": ("mm", "millimeter", "millimeters", "millimetre", "millimetres"),
+    "cm": ("cm", "centimeter", "centimeters", "centimetre", "centimetres"),
+    "km": ("km", "kilometer", "kilometers", "kilometre", "kilometres"),
+}
+
 
 def accepted_units() -> str:
     """Return the names in `UNITS` as one line of text."""
@@ -47,8 +60,14 @@ def metres_per(unit: str) -> float:
         return UNITS[unit]
     except (KeyError, TypeError):
         raise DivespotError(
-            f"unknown unit {unit!r}: give one of auto, {accepted_units()}"
+            f"unknown unit {str(unit)[:40]!r}: give one of auto, {accepted_units()}"
         ) from None
+
+
+def unit_named(name: str) -> str | None:
+    """Return the unit that a reference system calls `name`; None where it is none in `UNITS`."""
+    word = re.sub(r"[^a-z]", "", name.lower())
+    return next((unit for unit, names in _SPELLINGS.items() if word in names), None)
 
 
 def unit_of(factor_m: float) -> str:

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import struct
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from io import BytesIO
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from divespot._arguments import as_floats
 from divespot.errors import DivespotError
+from divespot.output import whole
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
+
+#: By this a later run knows its own files; see `divespot.output.POINTS`.
+MARK = "written by divespot"
 
 # Steps of LAS coordinates: finer than any scanner, and 32 bits of them span 214 km.
 _LAS_SCALE_M = 1e-4
@@ -24,6 +30,8 @@ _LAS_METRES = struct.pack("<8H", 1, 1, 0, 1, 3076, 0, 1, 9001)
 
 def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
     """Write points in metres; the extension decides the format.
+
+    The file is written whole or not at all.
 
     Parameters
     ----------
@@ -38,60 +46,75 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
     DivespotError
         If the shape, the extension or the folder is not as needed, or LAS cannot hold a value.
     """
-    xyz = np.asarray(points)
+    xyz = as_floats("points", points)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or xyz.dtype.kind not in "iuf":
         raise DivespotError(f"points are {xyz.dtype} of shape {xyz.shape}: need numbers of (n, 3)")
     if xyz.dtype != np.float32:
         xyz = xyz.astype(np.float64)
-    target = Path(path)
-    writer = _WRITERS.get(target.suffix.lower())
-    if writer is None:
-        raise DivespotError(f"{target}: unknown extension, need one of {', '.join(_WRITERS)}")
+    require_writable(path)
     try:
-        writer(target, xyz)
-    except OSError as err:
-        raise DivespotError(f"{target}: cannot be written ({err.strerror})") from None
+        with whole(path) as stream:
+            _WRITERS[PurePath(path).suffix.lower()](stream, xyz)
+    except _UnfitError as err:
+        raise DivespotError(f"{path}: {err}") from None
 
 
-def _write_ply(path: Path, xyz: NDArray[Any]) -> None:
+def require_writable(path: str | os.PathLike[str]) -> None:
+    """Raise DivespotError where the extension is none of those that can be written."""
+    if PurePath(path).suffix.lower() not in _WRITERS:
+        raise DivespotError(f"{path}: unknown extension, need one of {', '.join(_WRITERS)}")
+
+
+class _UnfitError(DivespotError):
+    """Points that a format cannot hold."""
+
+
+def _write_ply(stream: BinaryIO, xyz: NDArray[Any]) -> None:
     kind = "float" if xyz.dtype == np.float32 else "double"
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(xyz)}"]
+    header = ["ply", "format binary_little_endian 1.0", f"comment {MARK}"]
+    header += [f"element vertex {len(xyz)}"]
     header += [f"property {kind} {axis}" for axis in "xyz"]
     body = np.ascontiguousarray(xyz, dtype=xyz.dtype.newbyteorder("<")).tobytes()
-    path.write_bytes("\n".join([*header, "end_header\n"]).encode() + body)
+    stream.write("\n".join([*header, "end_header\n"]).encode() + body)
 
 
-def _write_npy(path: Path, xyz: NDArray[Any]) -> None:
-    # An open file, since numpy.save would add an extension to a name like 'SCAN.NPY'.
-    with path.open("wb") as stream:
-        np.save(stream, np.ascontiguousarray(xyz))
+def _write_npy(stream: BinaryIO, xyz: NDArray[Any]) -> None:
+    np.save(stream, np.ascontiguousarray(xyz))
 
 
-def _write_xyz(path: Path, xyz: NDArray[Any]) -> None:
+def _write_xyz(stream: BinaryIO, xyz: NDArray[Any]) -> None:
     # As many digits as it takes to read back the same float64.
-    np.savetxt(path, xyz, fmt="%.17g")
+    np.savetxt(stream, xyz, fmt="%.17g")
 
 
-def _write_las(path: Path, xyz: NDArray[Any]) -> None:
+def _write_laz(stream: BinaryIO, xyz: NDArray[Any]) -> None:
+    _write_las(stream, xyz, compress=True)
+
+
+def _write_las(stream: BinaryIO, xyz: NDArray[Any], *, compress: bool = False) -> None:
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
     if not np.isfinite(xyz).all():
-        raise DivespotError(f"{path}: LAS cannot hold nan or inf, need finite points")
+        raise _UnfitError("LAS cannot hold nan or inf, need finite points")
     header = laspy.LasHeader(point_format=0, version="1.2")
+    header.generating_software = "divespot"
     header.scales = np.full(3, _LAS_SCALE_M)
     header.offsets = np.floor(xyz.min(axis=0)) if len(xyz) else np.zeros(3)
     if len(xyz) and (np.ptp(xyz, axis=0) > _LAS_SCALE_M * (2**31 - 1)).any():
-        raise DivespotError(f"{path}: LAS cannot span over {_LAS_SCALE_M * 2**31:.0f} m at 0.1 mm")
+        raise _UnfitError(f"LAS cannot span over {_LAS_SCALE_M * 2**31:.0f} m at 0.1 mm")
     header.vlrs.append(laspy.VLR("LASF_Projection", 34735, "GeoKeys", _LAS_METRES))
     las = laspy.LasData(header)
     las.xyz = xyz.astype(np.float64)
-    las.write(str(path))
+    # Closed by laspy, the file could not be renamed; and a LAZ writer seeks back.
+    held = BytesIO()
+    las.write(held, do_compress=compress)
+    stream.write(held.getvalue())
 
 
-_WRITERS: dict[str, Callable[[Path, NDArray[Any]], None]] = {
+_WRITERS: dict[str, Callable[[BinaryIO, NDArray[Any]], None]] = {
     ".ply": _write_ply,
     ".npy": _write_npy,
     ".xyz": _write_xyz,
     ".las": _write_las,
-    ".laz": _write_las,
+    ".laz": _write_laz,
 }

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from divespot._arguments import number, seed_number, whole
 from divespot.errors import DivespotError
 from divespot.simulate.camera import GROUND, INVALID, STRAY, THING, Labels, frame_points, rays
 from divespot.simulate.draw import stream
+from divespot.simulate.scene import Scene
 from divespot.simulate.scenes import scene_named
 from divespot.simulate.terrain import terrain
 
 if TYPE_CHECKING:
-    from divespot.simulate.scene import Scene
     from divespot.simulate.surface import Surface
 
 Array = NDArray[np.float64]
@@ -94,8 +95,11 @@ def scan(
     DivespotError
         If the name is unknown or the scene cannot be.
     """
+    seed, repeat = seed_number(seed), whole("repeat", repeat)
     if isinstance(scene, str):
         scene = scene_named(scene, seed)
+    if not isinstance(scene, Scene):
+        raise DivespotError(f"scene is a {type(scene).__name__}: a Scene or a name is needed")
     scene = _denser(scene, density)
     surface, volumes_m3 = terrain(scene, seed)
     directions = rays(scene.camera)
@@ -123,7 +127,7 @@ def scan(
 
 
 def _denser(scene: Scene, density: float) -> Scene:
-    if not 0 < density <= 100:
+    if not 0 < number("density", density) <= 100:
         raise DivespotError(f"density is {density}; a number above 0 and up to 100 is needed")
     finer = density**0.5
     columns, rows = (max(2, round(n * finer)) for n in scene.camera.pixels)

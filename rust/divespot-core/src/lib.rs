@@ -29,6 +29,7 @@ pub mod plane;
 pub mod pose;
 pub mod sample;
 pub mod sensor;
+pub mod simple_polygon;
 pub mod strays;
 pub mod surface;
 pub mod survey;

@@ -78,10 +78,13 @@ pub(crate) fn share<T>(
     });
 }
 
+/// Runs `worker` on so many threads; on fewer where the system starts no more.
 fn run(threads: usize, worker: impl Fn() + Sync) {
     std::thread::scope(|scope| {
         for _ in 1..threads {
-            scope.spawn(&worker);
+            if std::thread::Builder::new().spawn_scoped(scope, &worker).is_err() {
+                break;
+            }
         }
         worker();
     });

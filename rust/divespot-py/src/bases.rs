@@ -1,7 +1,8 @@
 use divespot_core::piles::{Base, Kind, Surface};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::array::ReadonlyArray2;
 use crate::errors::raise;
 use crate::piles::grid;
 
@@ -44,7 +45,7 @@ pub(crate) fn plane_base(
 #[pyfunction]
 pub(crate) fn surface_base(
     py: Python<'_>,
-    points: PyReadonlyArray2<'_, f64>,
+    points: ReadonlyArray2<'_, f64>,
     shape: (usize, usize),
     origin_m: [f64; 2],
     cell_m: f64,

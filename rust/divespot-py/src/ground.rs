@@ -1,15 +1,15 @@
 use divespot_core::ground::{Axis, Frame, Up};
 use divespot_core::survey::Normal;
 use divespot_core::{Point, ground, pose, sensor};
-use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
+use crate::array::ReadonlyArray2;
 use crate::errors::{DivespotError, raise};
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Rows, cloud, restored, rows};
 
-/// Spacing, whether it is regular, roughness, places and normals.
-type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>);
+/// Spacing, whether it is regular, roughness, places and normals, and spacing where points are few.
+type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>, f64);
 
 #[pyfunction]
 pub(crate) fn survey<'py>(
@@ -24,7 +24,8 @@ pub(crate) fn survey<'py>(
     let (at, normals): (Vec<Point>, Vec<Point>) =
         survey.normals.into_iter().map(|n| (n.at, n.normal)).unzip();
     let at = rows(py, restored(cloud.origin, at))?;
-    Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, rows(py, normals)?))
+    let normals = rows(py, normals)?;
+    Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, normals, survey.sparse_m))
 }
 
 /// The plane, the reason for its side, and whether the scan lies as if the other one were up.
@@ -35,8 +36,8 @@ type GroundParts = (PlaneParts, &'static str, bool);
 pub(crate) fn find_ground(
     py: Python<'_>,
     points: &Bound<'_, PyAny>,
-    at: PyReadonlyArray2<'_, f64>,
-    normals: PyReadonlyArray2<'_, f64>,
+    at: ReadonlyArray2<'_, f64>,
+    normals: ReadonlyArray2<'_, f64>,
     threshold_m: f64,
     hypotheses: u32,
     cone: Option<(Point, f64)>,

@@ -1,7 +1,8 @@
 use divespot_core::{heightmap, tin};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::array::ReadonlyArray1;
 use crate::errors::{DivespotError, raise};
 use crate::points::cloud;
 
@@ -19,7 +20,7 @@ pub(crate) fn height_map(
     points: &Bound<'_, PyAny>,
     cell_m: f64,
     triangulated: bool,
-    mask: Option<PyReadonlyArray1<'_, bool>>,
+    mask: Option<ReadonlyArray1<'_, bool>>,
 ) -> PyResult<RawHeightMap> {
     let (mut cloud, count) = cloud(points, 1)?;
     let all = heightmap::bounds(&cloud.points).map_err(raise)?;
@@ -46,7 +47,7 @@ pub(crate) fn height_map(
 /// Cut, fill and area.
 #[pyfunction]
 pub(crate) fn integrate(
-    heights_above_base_m: PyReadonlyArray1<'_, f64>,
+    heights_above_base_m: ReadonlyArray1<'_, f64>,
     cell_m: f64,
 ) -> (f64, f64, f64) {
     let volume = heightmap::integrate(heights_above_base_m.as_array().iter().copied(), cell_m);

@@ -2,9 +2,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 /// How often signals are looked for.
@@ -18,13 +20,21 @@ pub(crate) fn interruptible<T: Send>(
     kernel: impl FnOnce(&AtomicBool) -> T + Send,
 ) -> PyResult<T> {
     let cancel = AtomicBool::new(false);
-    py.detach(|| {
+    let waiting = Mutex::new(Some(kernel));
+    let run = || {
+        let kernel = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
+        kernel.map(|kernel| kernel(&cancel))
+    };
+    let found = py.detach(|| {
         thread::scope(|scope| {
             let (running, ended) = channel::<()>();
-            let worker = scope.spawn(|| {
+            let work = || {
                 let _running = running;
-                kernel(&cancel)
-            });
+                run()
+            };
+            let Ok(worker) = thread::Builder::new().spawn_scoped(scope, work) else {
+                return Ok(run()); // no thread can start: without a look for signals
+            };
             let mut outcome = Ok(());
             while ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
                 if outcome.is_ok() {
@@ -35,5 +45,6 @@ pub(crate) fn interruptible<T: Send>(
             let result = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             outcome.map(|()| result)
         })
-    })
+    })?;
+    found.ok_or_else(|| PyRuntimeError::new_err("the kernel did not run"))
 }

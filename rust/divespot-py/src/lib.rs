@@ -1,5 +1,6 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
+mod array;
 mod bases;
 mod errors;
 mod ground;
@@ -11,6 +12,7 @@ mod neighbors;
 mod piles;
 mod plane;
 mod points;
+mod polygon;
 mod surface;
 mod voxel;
 
@@ -36,9 +38,11 @@ mod _native {
     #[pymodule_export]
     use crate::points::seen;
     #[pymodule_export]
+    use crate::polygon::{first_crossing, inside};
+    #[pymodule_export]
     use crate::surface::{hills, surface_points};
     #[pymodule_export]
-    use crate::voxel::voxel_downsample;
+    use crate::voxel::{voxel_downsample, voxels};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)] // the name that Python knows

@@ -1,8 +1,9 @@
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{self, Base, Found, Kind, Object, Reason, Region, Settings};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::array::{ReadonlyArray1, ReadonlyArray2};
 use crate::bases::RawBase;
 use crate::errors::raise;
 
@@ -70,6 +71,7 @@ impl From<Object> for RawObject {
                 Reason::Floating => "floating",
                 Reason::Apart => "apart from the ground",
                 Reason::TooLittleSeen => "too little seen",
+                Reason::CutOff => "cut off by the scan's edge",
                 Reason::NotClear => "not clear of the ground",
             }),
             noise_m3: object.budget.noise_m3,
@@ -86,7 +88,7 @@ impl From<Object> for RawObject {
 #[pyfunction]
 pub(crate) fn pieces<'py>(
     py: Python<'py>,
-    labels: PyReadonlyArray2<'py, i32>,
+    labels: ReadonlyArray2<'py, i32>,
     gap: u32,
     fewest: usize,
 ) -> Bound<'py, PyArray1<i32>> {
@@ -108,7 +110,7 @@ pub(crate) struct Map {
 
 impl Map {
     pub(crate) fn new(
-        heights_m: &PyReadonlyArray2<'_, f64>,
+        heights_m: &ReadonlyArray2<'_, f64>,
         origin_m: [f64; 2],
         cell_m: f64,
     ) -> Self {
@@ -163,13 +165,14 @@ fn measured<'py>(
 #[allow(clippy::too_many_arguments)] // one for each of the things that were found
 pub(crate) fn measure_objects<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
-    labels: PyReadonlyArray1<'py, i32>,
-    ground: PyReadonlyArray1<'py, bool>,
-    points: PyReadonlyArray2<'py, f64>,
-    is_on: PyReadonlyArray1<'py, bool>,
+    labels: ReadonlyArray1<'py, i32>,
+    ground: ReadonlyArray1<'py, bool>,
+    points: ReadonlyArray2<'py, f64>,
+    is_on: ReadonlyArray1<'py, bool>,
+    is_apart: ReadonlyArray1<'py, bool>,
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
@@ -178,7 +181,9 @@ pub(crate) fn measure_objects<'py>(
     let on = is_on.as_array();
     let all = points.as_slice()?.as_chunks::<3>().0.iter().zip(on);
     let part = |on: bool| all.clone().filter(move |(_, is)| **is == on).map(|(p, _)| *p).collect();
-    let found = Found { labels, ground, surface: part(true), loose: part(false) };
+    let apart = is_apart.as_array();
+    let apart = apart.iter().zip(on).filter(|(_, on)| !**on).map(|(apart, _)| *apart).collect();
+    let found = Found { labels, ground, surface: part(true), loose: part(false), apart };
     let settings = settings(measuring);
     measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
 }
@@ -187,7 +192,7 @@ pub(crate) fn measure_objects<'py>(
 #[pyfunction]
 pub(crate) fn measure_inside<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
     regions: Vec<Vec<Vec<[f64; 2]>>>,

@@ -1,9 +1,11 @@
 //! NumPy arrays in and out.
 
 use divespot_core::{Cloud, Point};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
+use crate::array::{ReadonlyArray1, ReadonlyArray2};
 use crate::errors::DivespotError;
 
 /// An array of shape `(n,)`.
@@ -15,15 +17,18 @@ pub(crate) type Rows<'py> = Bound<'py, PyArray2<f64>>;
 /// Beyond this, coordinates near the origin would lose their micrometres.
 const LARGEST_EXTENT: f64 = 1e9;
 
+/// Points that a kernel holds for each point of its input: a copy, an order, a result.
+const COPIES: usize = 3;
+
 /// Calls `make(count, threads, row)` with the rows of an `(n, 3)` array of either dtype and any strides.
 ///
 /// They are copied while attached to the interpreter: another thread may write to the array as
 /// soon as the kernel runs detached.
 macro_rules! copied {
     ($points:expr, $threads:expr, $make:path) => {
-        if let Ok(array) = $points.extract::<PyReadonlyArray2<'_, f64>>() {
+        if let Ok(array) = $points.extract::<ReadonlyArray2<'_, f64>>() {
             copied!(rows array.as_array(), $threads, $make)
-        } else if let Ok(array) = $points.extract::<PyReadonlyArray2<'_, f32>>() {
+        } else if let Ok(array) = $points.extract::<ReadonlyArray2<'_, f32>>() {
             copied!(rows array.as_array(), $threads, $make)
         } else {
             None
@@ -42,8 +47,17 @@ macro_rules! copied {
     }};
 }
 
+/// Raises `MemoryError` where there is no memory for copies of so many points; the allocator would
+/// end the process.
+fn reserve(points: &Bound<'_, PyAny>) -> PyResult<()> {
+    let count = points.len().unwrap_or(0);
+    let too_many = |_| PyMemoryError::new_err(format!("no memory for {count} points"));
+    Vec::<[Point; COPIES]>::new().try_reserve_exact(count).map_err(too_many)
+}
+
 /// The finite points of an `(n, 3)` array and the number of its rows.
 pub(crate) fn cloud(points: &Bound<'_, PyAny>, threads: usize) -> PyResult<(Cloud, usize)> {
+    reserve(points)?;
     let (cloud, count) = copied!(points, threads, Cloud::new).ok_or_else(|| wrong_array(points))?;
     check_extent(&cloud)?;
     Ok((cloud, count))
@@ -58,6 +72,7 @@ pub(crate) fn seen<'py>(
     points: &Bound<'py, PyAny>,
     threads: usize,
 ) -> PyResult<SeenParts<'py>> {
+    reserve(points)?;
     let (seen, _) = copied!(points, threads, Cloud::seen).ok_or_else(|| wrong_array(points))?;
     check_extent(&seen.cloud)?;
     let origin = seen.cloud.origin.into();
@@ -91,10 +106,10 @@ fn check_extent(cloud: &Cloud) -> PyResult<()> {
 
 /// The finite ones of an array of shape `(n,)`, copied while attached.
 pub(crate) fn heights(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    if let Ok(array) = values.extract::<PyReadonlyArray1<'_, f64>>() {
+    if let Ok(array) = values.extract::<ReadonlyArray1<'_, f64>>() {
         return Ok(finite(array.as_array().iter().copied()));
     }
-    if let Ok(array) = values.extract::<PyReadonlyArray1<'_, f32>>() {
+    if let Ok(array) = values.extract::<ReadonlyArray1<'_, f32>>() {
         return Ok(finite(array.as_array().iter().copied()));
     }
     Err(DivespotError::new_err(format!(

@@ -1,7 +1,8 @@
 use divespot_core::surface;
-use numpy::{IntoPyArray, PyReadonlyArray2};
+use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
+use crate::array::ReadonlyArray2;
 use crate::errors::raise;
 use crate::piles::Map;
 use crate::points::{Column, cloud};
@@ -27,7 +28,7 @@ type HillParts<'py> = (Column<'py, i32>, Column<'py, bool>, Column<'py, f64>, f6
 #[pyfunction]
 pub(crate) fn hills<'py>(
     py: Python<'py>,
-    heights_m: PyReadonlyArray2<'py, f64>,
+    heights_m: ReadonlyArray2<'py, f64>,
     cell_m: f64,
 ) -> PyResult<HillParts<'py>> {
     let map = Map::new(&heights_m, [0.0; 2], cell_m);

@@ -313,7 +313,8 @@ mod tests {
         let all = bounds(points).unwrap();
         let map = height_map_within(&surface, &all, CELL).unwrap();
         let Hills { labels, ground, .. } = hills(&map.grid, &map.heights_m).unwrap();
-        let found = Found { labels, ground, surface, loose: on(false).collect() };
+        let found =
+            Found { labels, ground, surface, loose: on(false).collect(), apart: Vec::new() };
         measure(&map.grid, &map.heights_m, &found, &settings()).unwrap().remove(0)
     }
 

@@ -14,6 +14,8 @@ pub struct Found {
     pub surface: Vec<Point>,
     /// The points that lie off it.
     pub loose: Vec<Point>,
+    /// Whether each of those belongs to a cluster apart from the ground's.
+    pub apart: Vec<bool>,
 }
 
 impl Found {
@@ -21,7 +23,7 @@ impl Found {
     #[must_use]
     pub fn on_all_else(labels: Vec<i32>) -> Self {
         let ground = labels.iter().map(|&label| label == NOBODY).collect();
-        Self { labels, ground, surface: Vec::new(), loose: Vec::new() }
+        Self { labels, ground, surface: Vec::new(), loose: Vec::new(), apart: Vec::new() }
     }
 
     /// Whether a cell is part of a bank that leads to higher ground.

@@ -1,6 +1,6 @@
 //! One object: its volume above its base, and what there is to say of it.
 
-use super::base::Base;
+use super::base::{Base, Kind};
 use super::budget::Budget;
 use super::patch::{Patch, Zone};
 use super::region::part_height;
@@ -47,6 +47,8 @@ pub struct Object {
 
 /// A toe with this share of its cells beyond what was seen is cut off.
 pub(crate) const CUT_OFF: f64 = 0.1;
+/// With more of it cut off than this, it fills the view.
+const FILLS_VIEW: f64 = 0.5;
 
 /// With less of its footprint seen than this, a pile's volume is no measurement any more: its crest
 /// and more than half of its surface would be assumed.
@@ -82,7 +84,7 @@ pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settin
         seen_fraction,
         touches_edge: touches_edge(patch),
         leans_on_wall: wall::leans(patch),
-        reason: reason(found, &base, settings).or(too_little),
+        reason: reason(found, &base, settings).or(too_little).or(cut_off(patch, &base, settings)),
         base,
     }
 }
@@ -162,8 +164,20 @@ pub(crate) fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
 
 /// Whether much of the toe lies where nothing was seen out to the scan's edge.
 fn touches_edge(patch: &Patch) -> bool {
+    beyond_edge(patch) > CUT_OFF
+}
+
+/// The share of the toe that lies beyond the scan's edge.
+fn beyond_edge(patch: &Patch) -> f64 {
     let toe: Vec<usize> = patch.cells(Zone::Toe).collect();
     let cut = patch.cells(Zone::Core).filter(|&cell| patch.border[cell]).count();
     let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + cut;
-    to_f64(beyond) > CUT_OFF * to_f64(toe.len() + cut)
+    to_f64(beyond) / to_f64((toe.len() + cut).max(1))
+}
+
+/// A pile that fills the view: it runs out of the scan on most sides, and what was seen of the
+/// ground on one of them may be anything.
+fn cut_off(patch: &Patch, base: &Base, settings: &Settings) -> Option<Reason> {
+    let unknown = settings.base.is_none() && matches!(base.kind, Kind::RingLevel | Kind::Ground);
+    (unknown && beyond_edge(patch) > FILLS_VIEW).then_some(Reason::CutOff)
 }

@@ -27,6 +27,8 @@ pub enum Reason {
     Apart,
     /// Too little of it was seen for a volume that could be answered for.
     TooLittleSeen,
+    /// It runs out of the scan on most sides, and no ground was seen around it.
+    CutOff,
     /// Its volume is not clear of its own uncertainty, or its mean height not of the margin within
     /// which the ground lies.
     NotClear,

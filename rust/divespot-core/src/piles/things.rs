@@ -3,7 +3,6 @@
 use super::object::Object;
 use super::territory::NOBODY;
 use super::{Found, Reason, Settings, flat_top, floating, measured, pieces};
-use crate::Point;
 use crate::error::Result;
 use crate::fixed::Fixed;
 use crate::heightmap::Grid;
@@ -12,7 +11,8 @@ use crate::heightmap::Grid;
 pub(crate) struct Things<'a> {
     grid: &'a Grid,
     surface_m: &'a [f64],
-    loose: &'a [Point],
+    all: &'a Found,
+    above: Above,
     found: Found,
     /// The mean height of the things where there are any, and of the surface elsewhere.
     pub(crate) with_things_m: Vec<f64>,
@@ -25,14 +25,14 @@ impl<'a> Things<'a> {
         found: &'a Found,
         settings: &Settings,
     ) -> Self {
-        let above = Above::of(grid, surface_m, &found.loose);
+        let above = Above::of(grid, surface_m, found);
         let labels = pieces(grid, &above.labels(), settings.link_cells, settings.fewest_cells);
         let is_thing = |cell: usize| labels[cell] != NOBODY;
         let height = |cell| if is_thing(cell) { above.mean(cell) } else { surface_m[cell] };
         let with_things_m = (0..grid.len()).map(height).collect();
         let ground = (0..grid.len()).map(|c| found.ground[c] && !is_thing(c)).collect();
-        let standing = Found { labels, ground, surface: Vec::new(), loose: Vec::new() };
-        Self { grid, surface_m, loose: &found.loose, found: standing, with_things_m }
+        let standing = Found { ground, ..Found::on_all_else(labels) };
+        Self { grid, surface_m, all: found, above, found: standing, with_things_m }
     }
 
     /// Measures each; none is a pile.
@@ -41,9 +41,19 @@ impl<'a> Things<'a> {
         for object in &mut objects {
             object.reason.get_or_insert(Reason::Apart);
         }
-        flat_top::trim(self.grid, self.loose, &mut objects, settings.margin_m);
+        flat_top::trim(self.grid, &self.all.loose, &mut objects, settings.margin_m);
         floating::mark(self.grid, self.surface_m, &mut objects);
+        for object in objects.iter_mut().filter(|object| self.is_apart(object)) {
+            object.reason = Some(Reason::Apart);
+        }
         Ok(objects)
+    }
+
+    /// Whether most of an object's points belong to clusters apart from the ground's.
+    fn is_apart(&self, object: &Object) -> bool {
+        let cells = || object.covers_m.iter().map(|p| self.grid.cell(&p[..]));
+        let sum = |counts: &[u32]| cells().map(|cell| u64::from(counts[cell])).sum::<u64>();
+        2 * sum(&self.above.apart) > sum(&self.above.counts)
     }
 }
 
@@ -52,19 +62,24 @@ struct Above {
     fixed: Fixed,
     sums: Vec<i64>,
     counts: Vec<u32>,
+    /// Those of clusters apart from the ground's.
+    apart: Vec<u32>,
 }
 
 impl Above {
     /// Points below the surface are mirror images and other strays, and no thing.
-    fn of(grid: &Grid, heights_m: &[f64], loose: &[Point]) -> Self {
-        let largest = loose.iter().fold(0.0_f64, |most, p| most.max(p[2].abs()));
-        let fixed = Fixed::new(largest, loose.len());
-        let mut above = Self { fixed, sums: vec![0; grid.len()], counts: vec![0; grid.len()] };
-        for p in loose.iter().filter(|p| grid.holds(p)) {
+    fn of(grid: &Grid, heights_m: &[f64], found: &Found) -> Self {
+        let largest = found.loose.iter().fold(0.0_f64, |most, p| most.max(p[2].abs()));
+        let fixed = Fixed::new(largest, found.loose.len());
+        let (sums, none) = (vec![0; grid.len()], vec![0; grid.len()]);
+        let mut above = Self { fixed, sums, counts: none.clone(), apart: none };
+        let apart = found.apart.iter().copied().chain(std::iter::repeat(false));
+        for (p, apart) in found.loose.iter().zip(apart).filter(|(p, _)| grid.holds(p)) {
             let cell = grid.cell(p);
             if heights_m[cell].is_nan() || p[2] > heights_m[cell] {
                 above.sums[cell] += fixed.encode(p[2]);
                 above.counts[cell] += 1;
+                above.apart[cell] += u32::from(apart);
             }
         }
         above

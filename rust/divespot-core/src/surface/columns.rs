@@ -158,15 +158,21 @@ mod tests {
 
     #[test]
     fn a_surface_holds_a_quarter_of_what_cells_around_typically_do() {
-        // Two blocks of 8 by 8 cells: the first half 12 and half 40 points, the second 4.
-        let counts = |cell: usize| match cell % 16 {
-            0..4 => 12,
-            4..8 => 40,
-            _ => 4,
+        // Blocks of 8 by 8 cells: of 12 points a cell, of 40, and of half these and half those.
+        let counts = |cell: usize| match cell % 24 {
+            0..8 | 16..20 => 12,
+            _ => 40,
         };
-        let needs = columns([16, 8], |cell| vec![0.0; counts(cell)]).needs();
-        assert!((0..128).all(|cell| needs[cell] == if cell % 16 < 8 { 10 } else { 1 }));
+        let needs = columns([24, 8], |cell| vec![0.0; counts(cell)]).needs();
+        assert!((0..needs.len()).all(|cell| needs[cell] == if cell % 24 < 8 { 3 } else { 10 }));
         let bare = columns([9, 1], |cell| if cell < 8 { vec![0.0] } else { vec![] });
         assert_eq!(bare.needs(), [1; 9]);
+    }
+
+    #[test]
+    fn where_somebody_stands_no_more_points_are_needed_than_anywhere() {
+        let needs =
+            columns([24, 8], |cell| vec![0.0; if cell % 24 < 8 { 400 } else { 40 }]).needs();
+        assert!(needs.iter().all(|&need| need == 10));
     }
 }

@@ -51,11 +51,18 @@ impl Taken {
     }
 }
 
-/// What of each cell is surface, after a walk with this reach.
-pub(crate) fn taken(columns: &Columns, heights_m: &[f64], reach: Reach) -> Vec<Taken> {
+/// What of each cell is surface, after a walk with this reach. A face that goes up to a board is the
+/// board's.
+pub(crate) fn taken(
+    columns: &Columns,
+    heights_m: &[f64],
+    boards: &[usize],
+    reach: Reach,
+) -> Vec<Taken> {
     let (grid, reach_m) = (&columns.grid, reach.far_m);
-    let top: Vec<f64> =
+    let mut top: Vec<f64> =
         (0..grid.len()).map(|cell| top(columns, cell, heights_m[cell], reach_m)).collect();
+    boards.iter().for_each(|&cell| top[cell] = f64::INFINITY);
     let mut taken: Vec<Taken> = heights_m
         .iter()
         .map(|&height_m| match height_m.is_nan() {

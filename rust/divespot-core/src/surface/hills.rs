@@ -286,7 +286,8 @@ mod tests {
         for (cell, &label) in hills.labels.iter().enumerate() {
             let [x, y] = GRID.center(cell);
             let stands = on_it(x, y);
-            let beside = GRID.around(cell, 3).any(|n| on_it(GRID.center(n)[0], GRID.center(n)[1]) > 0.0);
+            let beside =
+                GRID.around(cell, 3).any(|n| on_it(GRID.center(n)[0], GRID.center(n)[1]) > 0.0);
             assert!(label == NOBODY || beside, "{x} {y}: {stands} is no hill");
             assert!(label != NOBODY || stands < 0.05, "{x} {y}: {stands} is a hill");
             assert!(!hills.ground[cell] || stands < 0.05, "{x} {y}: {stands} is no ground");
@@ -360,26 +361,41 @@ mod tests {
 
     #[test]
     fn two_summits_over_a_saddle_are_one_hill() {
-        let both = |x: f64, y: f64| cone_at(x, y, [0.9, 0.9], 0.2).max(cone_at(x, y, [1.4, 0.9], 0.18));
+        let both =
+            |x: f64, y: f64| cone_at(x, y, [0.9, 0.9], 0.2).max(cone_at(x, y, [1.4, 0.9], 0.18));
         assert_eq!(places(&found(both)).0, 1);
     }
 
-    /// Whether a berm on a bank is a hill: a wave that comes down by so much, from crest to trough.
-    fn is_hill(drop_m: f64, noise_m: f64) -> bool {
-        // 40 cells up at 1 in 2, 8 down and 8 up again; a crest 24 cells long.
-        let along = |x: f64| (0.5 * (x - 0.5)).clamp(0.0, 0.4) + (0.5 * (x - 1.46)).clamp(0.0, 0.2);
-        let wave = |x: f64| (1.0 - ((x - 1.38) / (8.0 * CELL)).abs()).max(0.0);
-        let berm = |y: f64| ((0.6 - (y - 0.9).abs()) / 0.1).clamp(0.0, 1.0);
-        let height = move |x: f64, y: f64| along(x) - drop_m * wave(x) * berm(y);
-        let found = hills(&GRID, &map(height, noise_m)).unwrap();
+    /// A bank of 1 in 2 with a round bump on it.
+    fn bump(height_m: f64) -> impl Fn(f64, f64) -> f64 {
+        let off = |x: f64, y: f64| (x - 1.2).hypot(y - 0.9) / (6.0 * CELL);
+        move |x, y| 0.5 * (x - 0.3).clamp(0.0, 1.8) + height_m * (-0.5 * off(x, y).powi(2)).exp()
+    }
+
+    /// How far one comes down from the bump before the bank goes up again.
+    fn prominence(height_m: f64) -> f64 {
+        let smooth = smoothed(&GRID, &map(bump(height_m), 0.0));
+        let uphill = &smooth[45 * GRID.columns..][50..80];
+        let drop = |from: usize| {
+            let after = uphill[from..].iter().copied().fold(f64::INFINITY, f64::min);
+            uphill[from] - after
+        };
+        (0..uphill.len()).map(drop).fold(0.0, f64::max)
+    }
+
+    /// Whether a bump of this prominence is a hill.
+    fn is_hill(prominence_m: f64, noise_m: f64) -> bool {
+        let heights = (0..2000).map(|k| 0.0002 * f64::from(k));
+        let height_m = heights.into_iter().find(|&h| prominence(h) >= prominence_m).unwrap();
+        let found = hills(&GRID, &map(bump(height_m), noise_m)).unwrap();
         found.labels.iter().any(|&n| n != NOBODY)
     }
 
     #[test]
-    fn explore() {
-        for k in 0..60 { let d = 0.002 * f64::from(k); print!("{d:.3}:{} ", is_hill(d, 0.0)); }
-        println!();
-        for k in 0..60 { let d = 0.004 * f64::from(k); print!("{d:.3}:{} ", is_hill(d, 0.004)); }
+    fn a_summit_of_little_prominence_is_part_of_its_bank() {
+        assert!(!is_hill(0.18 * CELL, 0.0) && is_hill(0.4 * CELL, 0.0));
+        let noise_m = 0.2 * CELL;
+        assert!(!is_hill(5.5 * noise_m, noise_m) && is_hill(12.0 * noise_m, noise_m));
     }
 
     #[test]

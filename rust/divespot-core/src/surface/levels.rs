@@ -204,18 +204,16 @@ mod tests {
 
     #[test]
     fn a_part_of_few_cells_is_no_level() {
-        let count = |width, length| {
-            levels(&grid(40, 40), plate(width, length, [10.0, 10.0])).edges.len()
-        };
+        let count =
+            |width, length| levels(&grid(40, 40), plate(width, length, [10.0, 10.0])).edges.len();
         // A cell at the edge of a plate is not gentle: windows reach a cell far.
         assert_eq!((count(8.0, 12.0), count(7.0, 8.0)), (2, 1));
     }
 
     #[test]
     fn nor_is_one_of_a_small_share_of_the_largest() {
-        let count = |width, length| {
-            levels(&grid(100, 100), plate(width, length, [10.0, 10.0])).edges.len()
-        };
+        let count =
+            |width, length| levels(&grid(100, 100), plate(width, length, [10.0, 10.0])).edges.len();
         assert_eq!((count(17.0, 20.0), count(12.0, 17.0)), (2, 1));
     }
 
@@ -241,8 +239,7 @@ mod tests {
     }
 
     fn edge(down: f64, cliff: f64, up: f64) -> Edge {
-        Edge { cells: 100, up, even: 1.0 - down - up, down, cliff, open: 0.0 }
-            .times(100.0)
+        Edge { cells: 100, up, even: 1.0 - down - up, down, cliff, open: 0.0 }.times(100.0)
     }
 
     impl Edge {
@@ -281,8 +278,13 @@ mod tests {
         let seen = |rise: f64| {
             let heights_m: Vec<f64> = (0..9).map(|x| if x < 5 { 0.0 } else { rise }).collect();
             let beyond = [false; 9];
-            let looker =
-                Looker { grid: &grid, heights_m: &heights_m, beyond: &beyond, noise_m: 1.0, reach: 1 };
+            let looker = Looker {
+                grid: &grid,
+                heights_m: &heights_m,
+                beyond: &beyond,
+                noise_m: 1.0,
+                reach: 1,
+            };
             let mut edge = Edge::default();
             looker.look(&mut edge, 4, 5, 1);
             [edge.up, edge.even, edge.down]

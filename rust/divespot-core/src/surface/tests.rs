@@ -56,16 +56,16 @@ fn legs_are_off_the_surface_but_at_their_feet() {
 
 #[test]
 fn a_wall_is_off_the_surface_and_the_face_of_a_bench_is_on_it() {
-    let face: Vec<Point> = (0..135)
-        .flat_map(|i| upright(0.9, (f64::from(i) + 0.5) * STEP, 0.0, 0.3))
-        .collect();
-    let floor = || raster(|x, y| if x < 0.9 { cone(x, y) } else { f64::NAN });
-    let whole = floor().len();
-    let wall = on(&[floor(), face.clone()]);
-    assert!(wall[0] > whole - whole / 50 && wall[1] < face.len() / 5, "{wall:?}");
-    let bench = raster(|x, _| if x >= 0.9 { 0.3 } else { f64::NAN });
-    let (above, count) = (bench.len(), face.len());
-    assert_eq!(on(&[floor(), face, bench]), [whole, count, above]);
+    let face: Vec<Point> =
+        (0..135).flat_map(|i| upright(0.9, (f64::from(i) + 0.5) * STEP, 0.0, 0.3)).collect();
+    let floor = raster(|x, y| if x < 0.9 { cone(x, y) } else { f64::NAN });
+    let (whole, count) = (floor.len(), face.len());
+    let wall = on(&[floor, face]);
+    assert!(wall[0] > whole - whole / 50 && wall[1] < count / 5, "{wall:?}");
+    // 70 degrees: a step of 2.75 cells from cell to cell.
+    let bench = raster(|x, y| cone(x, y).max((2.75 * (x - 0.85)).clamp(0.0, 0.3)));
+    let count = bench.len();
+    assert_eq!(on(&[bench]), [count]);
 }
 
 #[test]
@@ -73,15 +73,14 @@ fn a_board_that_a_heap_reaches_up_to_is_off_the_surface() {
     let heap = raster(cone);
     let whole = heap.len();
     // It runs from the summit outwards, level with it, a cell and a half wide.
-    let board = raster(|x, y| {
-        if x > 0.6 && (y - 0.45).abs() < 0.75 * CELL { 0.2 } else { f64::NAN }
-    });
+    let board =
+        raster(|x, y| if x > 0.6 && (y - 0.45).abs() < 0.75 * CELL { 0.2 } else { f64::NAN });
     let hidden = |p: &Point| p[0] > 0.6 && (p[1] - 0.45).abs() < 0.75 * CELL;
     let seen: Vec<Point> = heap.into_iter().filter(|p| !hidden(p)).collect();
     let (count, seen_count) = (board.len(), seen.len());
     let found = on(&[seen, board]);
     assert!(found[0] > seen_count - whole / 100, "{found:?} of {seen_count}");
-    assert!(found[1] < count / 3, "{found:?} of {count}");
+    assert!(found[1] < count / 4, "{found:?} of {count}");
 }
 
 #[test]

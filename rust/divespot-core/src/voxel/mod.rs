@@ -5,7 +5,11 @@ mod sparse;
 
 use crate::error::positive;
 use crate::fixed::Fixed;
+use crate::parallel::map_chunks;
 use crate::{Bounds, Error, Point, Result, thread_count};
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 1 << 14;
 
 /// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
 ///
@@ -43,6 +47,31 @@ pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Resul
     let grid = Grid::new(&bounds, voxel_m)?;
     Ok(dense::voxels(points, &grid, threads)
         .unwrap_or_else(|| sparse::voxels(points, &grid, threads)))
+}
+
+/// The voxel that each point lies in, by its place among the means of [`voxel_downsample`].
+///
+/// # Errors
+/// As [`voxel_downsample`].
+pub fn voxel_rows(
+    points: &[Point],
+    voxels: &Voxels,
+    voxel_m: f64,
+    threads: usize,
+) -> Result<Vec<u32>> {
+    positive("voxel_m", voxel_m)?;
+    let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Vec::new()) };
+    let grid = Grid::new(&bounds, voxel_m)?;
+    let key = |p: &Point| {
+        let [x, y, z] = grid.cell(p);
+        [z, y, x]
+    };
+    let keys: Vec<[u64; 3]> = voxels.means.iter().map(key).collect();
+    let row = |p: &Point| keys.partition_point(|k| *k < key(p)) as u32;
+    let parts = map_chunks(points.len(), CHUNK, thread_count(threads), |range| {
+        points[range].iter().map(row).collect::<Vec<_>>()
+    });
+    Ok(parts.concat())
 }
 
 /// The cubes over a box.

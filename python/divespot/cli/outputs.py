@@ -1,0 +1,90 @@
+"""What commands write: checked before anything is measured, then whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+from datetime import datetime, timezone
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from divespot.output import append_line, refuse_inputs, require_own, write_text
+
+if TYPE_CHECKING:
+    import re
+    from collections.abc import Iterable, Mapping
+
+ERROR_SCHEMA = "divespot.error/1"
+
+#: The path that means the standard output.
+STDOUT = "-"
+
+force_option = click.option(
+    "--force", is_flag=True, help="overwrite files that divespot did not write; never a SCAN"
+)
+
+
+def check_outputs(
+    outputs: Mapping[str, tuple[str | None, re.Pattern[bytes]]],
+    inputs: Iterable[str | None],
+    *,
+    force: bool,
+) -> None:
+    """Refuse outputs that would overwrite what is read, another output, or what is not our own.
+
+    Parameters
+    ----------
+    outputs
+        For each option its path, if it was given, and how such files begin.
+    inputs
+        Paths of all that is read.
+    force
+        Overwrite what is not our own.
+
+    """
+    read = list(inputs)
+    for option, (path, kind) in outputs.items():
+        if path is None or path == STDOUT:
+            continue
+        refuse_inputs(path, option, read)
+        require_own(path, kind, option, force=force)
+        read.append(path)
+
+
+class JsonLines:
+    """JSON Lines on the standard output or in a file, a line a call.
+
+    The first line takes the place of what the file held, unless it is to be appended to; a process
+    that ends early leaves whole lines.
+    """
+
+    def __init__(self, path: str, *, append: bool) -> None:
+        self._path = path
+        self._append = append
+
+    def write(self, value: Mapping[str, Any]) -> None:
+        """Write what belongs on a line, with the time before it."""
+        now = datetime.now(timezone.utc).isoformat(timespec="seconds")
+        line = json.dumps({"time": now, **value}, allow_nan=False) + "\n"
+        if self._path == STDOUT:
+            click.echo(line, nl=False)
+        elif self._append:
+            append_line(self._path, line)
+        else:
+            write_text(self._path, line)
+            self._append = True
+
+
+def write_json(path: str, text: str) -> None:
+    """Write one JSON value to a file or to the standard output."""
+    if path == STDOUT:
+        click.echo(text)
+    else:
+        write_text(path, text + "\n")
+
+
+def failed(scan: str, sentence: str) -> dict[str, Any]:
+    """Return the line of a scan that could not be measured."""
+    path = os.fsencode(scan).decode("utf-8", "replace")
+    return {"schema": ERROR_SCHEMA, "source": {"path": path}, "error": sentence}

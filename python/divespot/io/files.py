@@ -1,0 +1,54 @@
+"""The bytes of a file that is one."""
+
+from __future__ import annotations
+
+import os
+import stat
+from typing import TYPE_CHECKING
+
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def bytes_of(file: Path, most: int | None = None) -> bytes:
+    """Return what a regular file holds.
+
+    Parameters
+    ----------
+    file
+    most
+        Bytes that it may hold; None: as many as there is memory on this machine.
+
+    Raises
+    ------
+    DivespotError
+        It is no regular file, empty or too large.
+    OSError
+        It cannot be read.
+
+    """
+    try:
+        found = file.stat()
+    except ValueError as err:
+        raise DivespotError(f"is no path ({err})") from None
+    if stat.S_ISDIR(found.st_mode):
+        raise DivespotError("is a folder, need a file")
+    # A pipe or device may never end.
+    if not stat.S_ISREG(found.st_mode):
+        raise DivespotError("is no regular file")
+    limit = _memory_bytes() if most is None else most
+    if found.st_size > limit:
+        raise DivespotError(f"has {found.st_size >> 20} MB: at most {limit >> 20} MB can be read")
+    data = file.read_bytes()
+    if not data:
+        raise DivespotError("the file is empty")
+    return data
+
+
+def _memory_bytes() -> int:
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):  # not every system tells
+        return 1 << 62

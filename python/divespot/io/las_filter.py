@@ -1,0 +1,76 @@
+"""Which points of a LAS file are kept: by class, by return, and what is withheld."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.io.wanted import NOISE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.io.wanted import Wanted
+
+
+@dataclass
+class LasFilter:
+    """Judges batches of points, and counts."""
+
+    wanted: Wanted
+    unwanted: int = 0
+    withheld: int = 0
+    noise: int = 0
+    seen_classes: set[int] = field(default_factory=set)
+
+    def keeps(self, points: Any) -> NDArray[np.bool_]:  # noqa: ANN401 - laspy ships no types
+        """Return which points of a batch are kept.
+
+        Points that are withheld are deleted ones (LAS 1.4 R15, table 16).
+        """
+        classes = np.asarray(points.classification)
+        self.seen_classes.update(np.unique(classes).tolist())
+        withheld = np.asarray(points.withheld).astype(bool)
+        if self.wanted.classes is None:
+            noise, wanted = np.isin(classes, list(NOISE)), np.ones(len(classes), bool)
+        else:
+            noise, wanted = (
+                np.zeros(len(classes), bool),
+                np.isin(classes, list(self.wanted.classes)),
+            )
+        wanted &= self._returns(points)
+        self.withheld += int(withheld.sum())
+        self.noise += int((noise & ~withheld).sum())
+        self.unwanted += int((~wanted & ~noise & ~withheld).sum())
+        return np.asarray(wanted & ~noise & ~withheld)
+
+    def _returns(self, points: Any) -> NDArray[np.bool_] | np.bool_:  # noqa: ANN401 - as above
+        number = np.asarray(points.return_number)
+        if self.wanted.returns == "first":
+            return number <= 1
+        if self.wanted.returns == "last":
+            return number >= np.asarray(points.number_of_returns)
+        return np.True_
+
+    def told(self, kept: int) -> tuple[str, ...]:
+        """Return what was left out, a sentence each.
+
+        Raises
+        ------
+        DivespotError
+            Nothing was kept.
+
+        """
+        left_out = (
+            (self.withheld, "that are withheld"),
+            (self.noise, "in the classes of noise, 7 and 18 (--classes keeps them)"),
+            (self.unwanted, "outside the classes and returns that were asked for"),
+        )
+        told = tuple(f"{count} points {what} were left out" for count, what in left_out if count)
+        if not kept and told:
+            classes = ", ".join(map(str, sorted(self.seen_classes)))
+            raise DivespotError(f"{'; '.join(told)}: none is left, its classes are {classes}")
+        return told

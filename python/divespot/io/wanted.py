@@ -1,0 +1,62 @@
+"""What of a file is wanted, where it holds more than one can tell by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from divespot.errors import DivespotError
+
+#: Classes of low and of high noise (LAS 1.4 R15, table 17).
+NOISE = frozenset({7, 18})
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which columns of a table, which classes and returns of a LAS file.
+
+    Attributes
+    ----------
+    columns
+        Where x, y and z stand: numbers from 1, or names in the header. None: as the table says.
+    classes
+        The classes to keep. None: all but noise.
+    returns
+        Which returns of a pulse to keep.
+
+    """
+
+    columns: tuple[str, ...] | None = None
+    classes: frozenset[int] | None = None
+    returns: Literal["all", "first", "last"] = "all"
+
+    @classmethod
+    def of(cls, columns: str | None, classes: str | None, returns: str) -> Wanted:
+        """Return what is asked for in words.
+
+        Raises
+        ------
+        DivespotError
+            The words say nothing.
+
+        """
+        if not isinstance(returns, str) or returns not in {"all", "first", "last"}:
+            raise DivespotError(f"returns is {returns!r}: one of all, first, last is needed")
+        for name, value in (("columns", columns), ("classes", classes)):
+            if not isinstance(value, str | None):
+                raise DivespotError(f"{name} is a {type(value).__name__}: a text is needed")
+        parts = None if columns is None else tuple(map(str.strip, columns.split(",")))
+        if parts is not None and (len(parts) != 3 or not all(parts)):
+            raise DivespotError(
+                f"columns is {columns!r}: three numbers from 1 or names, as 3,2,4, are needed"
+            )
+        return cls(parts, _numbers(classes), returns)  # type: ignore[arg-type]  # checked above
+
+
+def _numbers(classes: str | None) -> frozenset[int] | None:
+    if classes is None:
+        return None
+    words = [word.strip() for word in classes.split(",")]
+    if not all(word.isascii() and word.isdecimal() and len(word) <= 3 for word in words):
+        raise DivespotError(f"classes is {classes!r}: numbers from 0 to 255, as 2,6, are needed")
+    return frozenset(map(int, words))

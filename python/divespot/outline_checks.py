@@ -1,0 +1,76 @@
+"""What outlines must not be: one over another, or in degrees."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot import _native
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+#: Places a side at which two outlines are looked for together, and the share of the smaller one
+#: that both may cover: neighbours are drawn with some slack.
+LATTICE, SLACK = 40, 0.01
+
+#: Beyond this, a scan's coordinates are no degrees.
+FAR = 1000.0
+
+
+def first_overlap(
+    regions: Sequence[Sequence[NDArray[np.float64]]],
+) -> tuple[int, int] | None:
+    """Return the first two regions that share more than slack; None if there are none."""
+    boxes = [_box(rings) for rings in regions]
+    for i, j in itertools.combinations(range(len(regions)), 2):
+        low = np.maximum(boxes[i][0], boxes[j][0])
+        high = np.minimum(boxes[i][1], boxes[j][1])
+        if (low < high).all() and _overlap(regions[i], regions[j], low, high):
+            return i, j
+    return None
+
+
+def _box(rings: Sequence[NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    corners = np.concatenate(rings)
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def _overlap(
+    one: Sequence[NDArray[np.float64]],
+    other: Sequence[NDArray[np.float64]],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> bool:
+    steps = (np.arange(LATTICE) + 0.5) / LATTICE
+    x, y = np.meshgrid(*(low[:, None] + (high - low)[:, None] * steps))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    shared = _native.inside(list(one), places) & _native.inside(list(other), places)
+    both = float(shared.mean() * np.prod(high - low))
+    return bool(both > SLACK * min(_area(one), _area(other)))
+
+
+def _area(rings: Sequence[NDArray[np.float64]]) -> float:
+    """Return the area of rings that run counter-clockwise around it and clockwise around holes."""
+    total = 0.0
+    for ring in rings:
+        x, y = (ring - ring[0]).T
+        total += float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+    return total
+
+
+def refuse_degrees(corners: NDArray[np.float64], scan_at: NDArray[np.float64]) -> None:
+    """Raise DivespotError where corners are longitudes and latitudes and the scan is projected."""
+    x, y = np.abs(corners[:, 0]).max(), np.abs(corners[:, 1]).max()
+    if x <= 180.0 and y <= 90.0 and np.abs(scan_at[:2]).max() > FAR:
+        at = ", ".join(f"{v:.7g}" for v in corners[0, :2])
+        scan = ", ".join(f"{v:.7g}" for v in scan_at[:2])
+        raise DivespotError(
+            f"lies at {at}, as longitude and latitude (WGS 84) do, the scan at {scan}: "
+            "the outline in the scan's own system is needed"
+        )

@@ -1,0 +1,134 @@
+"""Files that are written whole or not at all, and over nothing that is not divespot's own."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import secrets
+import shutil
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from io import FileIO
+
+#: How files begin that divespot has written.
+REPORT = re.compile(rb'\s*\{.{0,2000}?"schema": "divespot\.', re.DOTALL)
+PICTURE = re.compile(rb"\x89PNG.{0,2000}?divespot", re.DOTALL)
+OUTLINES = re.compile(rb'\s*\{\s*"type": "FeatureCollection",\s*"generator": "divespot"')
+POINTS = re.compile(rb"ply\n.{0,200}?comment written by divespot\n|LASF.{54}divespot", re.DOTALL)
+_HEAD_BYTES = 4096
+
+
+@contextmanager
+def whole(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a file that takes its name only when all is written.
+
+    Until then it lies beside it under another name, so a full disk or a process that is killed
+    leaves what was there. A device or a pipe is written as it is.
+
+    Yields
+    ------
+    stream
+
+    Raises
+    ------
+    DivespotError
+        It cannot be written.
+
+    """
+    try:
+        target = Path(os.path.realpath(path))
+    except ValueError as error:
+        raise DivespotError(f"{path}: is no path ({error})") from None
+    beside = target.with_name(f".{target.name[:100]}.{secrets.token_hex(4)}.part")
+    try:
+        if target.exists() and not target.is_file():
+            with target.open("wb") as stream:
+                yield stream
+            return
+        with beside.open("xb") as stream:
+            yield stream
+        if target.exists():
+            shutil.copymode(target, beside)
+        beside.replace(target)
+    except OSError as error:
+        reason = error.strerror or error
+        raise DivespotError(f"{path}: cannot be written ({reason})") from None
+    finally:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a text file as a whole."""
+    with whole(path) as stream:
+        stream.write(text.encode())
+
+
+def append_line(path: str | os.PathLike[str], line: str) -> None:
+    """Write a line to the end of a file, whole or not at all.
+
+    Raises
+    ------
+    DivespotError
+        It cannot be written.
+
+    """
+    try:
+        with Path(path).open("a+b", buffering=0) as file:
+            size = file.seek(0, os.SEEK_END) if file.seekable() else 0
+            data = _line_end(file, size) + line.encode()
+            if file.write(data) != len(data):
+                file.truncate(size)
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # noqa: TRY301
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise DivespotError(f"{path}: cannot be written ({reason})") from None
+
+
+def _line_end(file: FileIO, size: int) -> bytes:
+    """Return the line end that a process which was killed did not write."""
+    if size == 0:
+        return b""
+    file.seek(size - 1)
+    return b"" if file.read(1) == b"\n" else b"\n"
+
+
+def require_own(
+    path: str | os.PathLike[str], kind: re.Pattern[bytes], what: str, *, force: bool = False
+) -> None:
+    """Raise DivespotError where a file is there that is not what divespot writes under `what`."""
+    try:
+        if force or not Path(path).is_file():
+            return
+        with Path(path).open("rb") as stream:
+            head = stream.read(_HEAD_BYTES)
+    except (OSError, ValueError) as error:
+        raise DivespotError(f"{path}: {what} cannot be written there ({error})") from None
+    if head and not kind.match(head):
+        raise DivespotError(
+            f"{path}: {what} would overwrite this file, which divespot did not write as such: "
+            "give another name, or --force"
+        )
+
+
+def refuse_inputs(
+    path: str | os.PathLike[str], what: str, inputs: Iterable[str | os.PathLike[str] | None]
+) -> None:
+    """Raise DivespotError where the file to be written is one that is read."""
+    for source in inputs:
+        if source is not None and _same(path, source):
+            raise DivespotError(f"{path}: {what} would overwrite what is read: give another name")
+
+
+def _same(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
+    try:
+        return Path(one).samefile(other)
+    except (OSError, ValueError):
+        return os.path.realpath(one) == os.path.realpath(other)

@@ -1,0 +1,33 @@
+use divespot_core::simple_polygon;
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+
+use crate::array::ReadonlyArray2;
+use crate::errors::raise;
+
+type Line<'py> = ReadonlyArray2<'py, f64>;
+
+fn places(line: &Line<'_>) -> Vec<[f64; 2]> {
+    line.as_array().rows().into_iter().map(|row| [row[0], row[1]]).collect()
+}
+
+/// The first corner of a line, shape (n, 2), whose edge crosses another one.
+#[pyfunction]
+pub(crate) fn first_crossing(py: Python<'_>, line: Line<'_>) -> PyResult<Option<usize>> {
+    let line = places(&line);
+    py.detach(|| simple_polygon::first_crossing(&line)).map_err(raise)
+}
+
+/// Which places, shape (n, 2), lie inside an odd number of lines.
+#[pyfunction]
+pub(crate) fn inside<'py>(
+    py: Python<'py>,
+    lines: Vec<Line<'py>>,
+    at: Line<'py>,
+) -> Bound<'py, PyArray1<bool>> {
+    let lines: Vec<_> = lines.iter().map(places).collect();
+    let at = places(&at);
+    let found: Vec<bool> =
+        py.detach(|| at.iter().map(|&place| simple_polygon::contains(&lines, place)).collect());
+    found.into_pyarray(py)
+}

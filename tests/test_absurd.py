@@ -1,0 +1,166 @@
+"""Whatever argument a public function is given: a result, or an error that says what is needed."""
+
+from __future__ import annotations
+
+import decimal
+import fractions
+import inspect
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import divespot
+from divespot import DivespotError, plot, simulate
+from divespot import io as dio
+from solids import SOLIDS, sampled
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+CONE = sampled(SOLIDS["cone"], 2.0**-4)
+
+ABSURD: dict[str, Any] = {
+    "None": None,
+    "true": True,
+    "0": 0,
+    "-1": -1,
+    "huge": 10**400,
+    "beyond a word": 2**64,
+    "nan": np.nan,
+    "inf": np.inf,
+    "-0.0": -0.0,
+    "tiny": 5e-324,
+    "largest": 1.7e308,
+    "complex": 1j,
+    "decimal": decimal.Decimal("NaN"),
+    "fraction": fractions.Fraction(1, 3),
+    "text": "text",
+    "empty text": "",
+    "NUL": "a\0b",
+    "control": "\x1b[31m\n\r",
+    "surrogate": "\udcff",
+    "long": "n" * 100_000,
+    "bytes": b"\xff",
+    "path": Path("none") / "none",
+    "list": [],
+    "dict": {},
+    "set": {1},
+    "object": object(),
+    "class": int,
+    "function": len,
+    "0-d": np.array(3.0),
+    "empty": np.empty((0, 3)),
+    "flat": np.zeros(3),
+    "narrow": np.zeros((9, 2)),
+    "equal": np.ones((50, 3)),
+    "deep": np.zeros((2, 2, 2, 3)),
+    "nan points": np.full((50, 3), np.nan),
+    "far points": np.array([[-1.7e308] * 3, [1.7e308] * 3] * 20),
+    "complex points": np.ones((50, 3), complex),
+    "object points": np.full((50, 3), None),
+    "dates": np.zeros((50, 3), "M8[s]"),
+    "records": np.zeros(50, [("x", "f8"), ("y", "f8"), ("z", "f8")]),
+    "masked": np.ma.MaskedArray(np.ones((50, 3)), mask=True),
+    "half": np.ones((50, 3), np.float16),
+    "longdouble": np.full((50, 3), 1e4000 * np.longdouble(1)),
+    "big-endian": CONE.astype(">f8"),
+    "nested": [[[[1.0]]]],
+    "ragged": [[1.0, 2.0], [3.0]],
+}
+
+HEIGHTS = CONE[:, 2]
+MAP = divespot.height_map(CONE, 0.25)
+REPORT = divespot.measure(CONE)
+
+#: Each public function with arguments that it takes.
+CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "fit_plane": (divespot.fit_plane, {"points": CONE, "threshold_m": 0.1}),
+    "ground_height": (divespot.ground_height, {"heights_m": HEIGHTS, "bin_m": 0.01}),
+    "hdbscan": (divespot.hdbscan, {"points": CONE[:99]}),
+    "height_histogram": (divespot.height_histogram, {"heights_m": HEIGHTS, "bin_m": 0.01}),
+    "height_map": (divespot.height_map, {"points": CONE, "cell_m": 0.25}),
+    "integrate": (
+        divespot.integrate,
+        {"heights_m": MAP.heights_m, "base_m": 0.0, "cell_m": 0.25},
+    ),
+    "measure": (divespot.measure, {"source": CONE}),
+    "point_spacing": (divespot.point_spacing, {"points": CONE}),
+    "radius_outlier_mask": (
+        divespot.radius_outlier_mask,
+        {"points": CONE, "radius_m": 0.1, "min_neighbors": 3},
+    ),
+    "rotation_to_z": (divespot.rotation_to_z, {"normal": (0.0, 0.1, 1.0)}),
+    "save_base": (divespot.save_base, {"report": REPORT, "path": "base.ply"}),
+    "save_outlines": (divespot.save_outlines, {"report": REPORT, "path": "lines.geojson"}),
+    "survey": (divespot.survey, {"points": CONE}),
+    "voxel_downsample": (divespot.voxel_downsample, {"points": CONE, "voxel_m": 0.1}),
+    "io.read": (dio.read, {"path": "scan.npy"}),
+    "io.write": (dio.write, {"path": "out.ply", "points": CONE}),
+    "plot.save_picture": (plot.save_picture, {"report": REPORT, "path": "picture.png"}),
+    "simulate.scan": (simulate.scan, {"scene": "shape-05", "density": 0.02}),
+}
+
+#: What takes a report or settings takes nothing else, and says so as Python does; the errors of a
+#: callback are its own; a mask is what NumPy makes truth values of.
+NOT_TRIED = {
+    ("save_base", "report"),
+    ("save_outlines", "report"),
+    ("plot.save_picture", "report"),
+    ("measure", "settings"),
+    ("measure", "on_stage"),
+    ("height_map", "mask"),
+}
+
+PARAMETERS = [
+    (name, parameter)
+    for name, (call, _) in CALLS.items()
+    for parameter, item in inspect.signature(call).parameters.items()
+    if item.kind is not inspect.Parameter.VAR_KEYWORD and (name, parameter) not in NOT_TRIED
+]
+
+
+def test_every_public_function_is_tried() -> None:
+    functions = {name for name in divespot.__all__ if inspect.isfunction(getattr(divespot, name))}
+    assert functions <= set(CALLS)
+
+
+@pytest.mark.parametrize(("name", "parameter"), PARAMETERS)
+def test_any_argument_ends_well(
+    name: str, parameter: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.save("scan.npy", CONE)
+    call, arguments = CALLS[name]
+    for value in ABSURD.values():
+        require_ends_well(call, {**arguments, parameter: value})
+
+
+@pytest.mark.parametrize("name", [item for item in vars(divespot.Settings()) if item != "level"])
+def test_any_setting_ends_well(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for value in ABSURD.values():
+        require_ends_well(divespot.measure, {"source": CONE, name: value})
+
+
+def require_ends_well(call: Callable[..., Any], arguments: dict[str, Any]) -> None:
+    try:
+        call(**arguments)
+    except (DivespotError, MemoryError) as error:
+        sentence = str(error)
+    except TypeError:
+        return
+    else:
+        return
+    assert len(sentence) <= 500
+    assert sentence.isprintable()
+
+
+def test_an_error_is_a_value_error_of_one_short_line() -> None:
+    error = DivespotError("a\n b\x1b[31m" + "n" * 10_000 + " is needed")
+    assert isinstance(error, ValueError)
+    assert str(error).startswith("a b")
+    assert str(error).endswith("is needed")
+    assert str(error).isprintable()
+    assert len(str(error)) == 500
