@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 Floats = NDArray[np.float64]
-Surface = "Callable[[Floats, Floats], Floats]"
 
 UTM = np.array([501_234.0, 5_402_345.0, 210.0])
 NOISE_M = 0.001
@@ -44,7 +43,7 @@ def cone_m3(radius: float, height: float) -> float:
 def _cells(x: tuple[float, float], y: tuple[float, float], step: float) -> Floats:
     """Return the places of a raster, shape ``(n, 2)``."""
     columns, rows = np.meshgrid(np.arange(*x, step), np.arange(*y, step))
-    return np.c_[columns.ravel(), rows.ravel()]
+    return np.column_stack([columns.ravel(), rows.ravel()])
 
 
 def _ball(rng: np.random.Generator, at: Floats, half: Floats, count: int) -> Floats:
@@ -64,7 +63,7 @@ def _heap(x: Floats, y: Floats) -> Floats:
 
 def _heap_on_floor(step: float = 0.007) -> Floats:
     at = _cells((-1.1, 1.1), (-0.9, 0.9), step)
-    return np.c_[at, _heap(*at.T)]
+    return np.column_stack([at, _heap(at[:, 0], at[:, 1])])
 
 
 def _survey(
@@ -90,7 +89,7 @@ def standing(rng: np.random.Generator) -> Kind:
     def leg(x: float, y: float) -> Floats:
         turn = rng.uniform(0, 2 * pi, 2500)
         z = rng.uniform(_heap(np.array([x]), np.array([y]))[0] - 0.01, 0.75, 2500)
-        return np.c_[x + 0.04 * np.cos(turn), y + 0.04 * np.sin(turn), z]
+        return np.column_stack([x + 0.04 * np.cos(turn), y + 0.04 * np.sin(turn), z])
 
     trunk = _ball(rng, np.array([-0.15, 0.2, 0.95]), np.array([0.12, 0.2, 0.22]), 3000)
     return Kind(_noisy(rng, _heap_on_floor(), leg(-0.15, 0.1), leg(-0.15, 0.3), trunk), (HEAP_M3,))
@@ -107,8 +106,8 @@ def bars(rng: np.random.Generator) -> Kind:
     """Return a heap under the bars of a roof."""
 
     def bar(y: float) -> Floats:
-        ends = np.array([[-1.1, y - 0.02, 0.85], [1.1, y + 0.02, 0.89]])
-        return rng.uniform(*ends, (3500, 3))
+        low, high = [-1.1, y - 0.02, 0.85], [1.1, y + 0.02, 0.89]
+        return rng.uniform(low, high, (3500, 3))
 
     bars = [bar(y) for y in np.arange(-0.75, 0.8, 0.3)]
     return Kind(_noisy(rng, _heap_on_floor(), *bars), (HEAP_M3,))
@@ -167,10 +166,10 @@ def tripod(rng: np.random.Generator) -> Kind:
         way = rng.uniform(0, 2 * pi, len(away))
         at = place + away[:, None] * np.c_[np.cos(way), np.sin(way)]
         side = np.hypot(*at.T)
-        return at[(side > 4.8) | (at @ place / 12 > -0.2 * side)]
+        return np.asarray(at[(side > 4.8) | (at @ place / 12 > -0.2 * side)])
 
     at = np.concatenate([set_up(turn) for turn in (0.5, 2.6, 4.7)])
-    z = cone(*at.T, (0, 0), 4.8, 3.1) + rng.normal(0, 0.004, len(at))
+    z = cone(at[:, 0], at[:, 1], (0, 0), 4.8, 3.1) + rng.normal(0, 0.004, len(at))
     return Kind(np.c_[at, z], (cone_m3(4.8, 3.1),))
 
 
@@ -220,7 +219,7 @@ def dock(rng: np.random.Generator) -> Kind:
 def no_floor(rng: np.random.Generator) -> Kind:
     """Return a heap that fills the view."""
     at = _cells((-1.3, 1.3), (-1.1, 1.1), 0.011)
-    return Kind(_noisy(rng, np.c_[at, cone(*at.T, (0.1, 0), 2.6, 1.3)]), None)
+    return Kind(_noisy(rng, np.c_[at, cone(at[:, 0], at[:, 1], (0.1, 0), 2.6, 1.3)]), None)
 
 
 def bench(rng: np.random.Generator) -> Kind:

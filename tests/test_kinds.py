@@ -1,4 +1,4 @@
-"""Kinds of scenes that went wrong in the field: every pile with its volume, and nothing else one."""
+"""Kinds of scenes that went wrong in the field: each pile with its volume, nothing else one."""
 
 from __future__ import annotations
 
