@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use divespot_core::hdbscan::{self, Selection, hdbscan};
 use divespot_core::heightmap::{HeightMap, height_map};
-use divespot_core::piles::{self, Base, Object};
+use divespot_core::piles::{self, Base, Found, Object};
 use divespot_core::plane::{self, fit_plane};
 use divespot_core::survey::survey;
 use divespot_core::{
@@ -28,7 +28,7 @@ pub struct Scan {
     heights_m: Vec<f64>,
     spacing_m: f64,
     map: HeightMap,
-    labels: Vec<i32>,
+    found: Found,
 }
 
 impl Scan {
@@ -44,8 +44,9 @@ impl Scan {
         let spacing_m = ((areas_m2.0 + areas_m2.1) / f64::from(count)).sqrt();
         let map = height_map(&points, 2.0 * spacing_m)?;
         let labels = (0..map.grid.len()).map(|cell| label(&map, cell)).collect();
+        let found = Found { surface: points.clone(), ..Found::on_all_else(labels) };
         let heights_m = points.iter().map(|p| p[2]).collect();
-        Ok(Self { points, heights_m, spacing_m, map, labels })
+        Ok(Self { points, heights_m, spacing_m, map, found })
     }
 }
 
@@ -177,8 +178,10 @@ fn objects(scan: &Scan) -> Result<Vec<Object>> {
         base: None,
         compared: vec![],
         ground: Base::ground(0.0, NOISE_M, NOISE_M),
+        link_cells: 1,
+        fewest_cells: 20,
     };
-    piles::measure(&scan.map.grid, &scan.map.heights_m, &scan.labels, &scan.points, &settings)
+    piles::measure(&scan.map.grid, &scan.map.heights_m, &scan.found, &settings)
 }
 
 #[cfg(test)]

@@ -66,19 +66,18 @@ def plane(points: Floats) -> tuple[Floats, float, float]:
     return normal, float(normal @ middle), float(sizes[2] / np.sqrt(len(points)))
 
 
-def height_map(points: NDArray[Any], cell_m: float) -> tuple[Floats, NDArray[np.int64], Floats]:
-    """Return mean height, not carried to the middle, count and relief of each cell."""
+def height_map(points: NDArray[Any], cell_m: float) -> tuple[Floats, NDArray[np.int64]]:
+    """Return mean height, not carried to the middle, and count of each cell."""
     near = local(points)
     columns, rows = np.floor(near[:, :2] / cell_m + 0.25).astype(int).T
     shape = (rows.max() + 1, columns.max() + 1)
-    means, relief = np.full(shape, np.nan), np.zeros(shape)
+    means = np.full(shape, np.nan)
     counts = np.zeros(shape, dtype=np.int64)
     for row, column in set(zip(rows.tolist(), columns.tolist(), strict=True)):
         heights = near[(rows == row) & (columns == column), 2]
-        means[row, column], relief[row, column] = heights.mean(), np.ptp(heights)
-        counts[row, column] = len(heights)
+        means[row, column], counts[row, column] = heights.mean(), len(heights)
     low: Floats = points[np.isfinite(points).all(axis=1)].astype(np.float64).min(axis=0)
-    return means + low[2], counts, relief
+    return means + low[2], counts
 
 
 def integrate(above: Floats, cell_m: float) -> tuple[float, float, float]:

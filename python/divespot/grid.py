@@ -22,8 +22,6 @@ class HeightMap:
         x grows along a row, y from row to row.
     counts
         Points in each cell.
-    relief_m
-        Highest minus lowest point of each cell.
     origin_m
         x and y of the corner of cell (0, 0).
     cell_m
@@ -33,7 +31,6 @@ class HeightMap:
 
     heights_m: NDArray[np.float64]
     counts: NDArray[np.uint32]
-    relief_m: NDArray[np.float64]
     origin_m: tuple[float, float]
     cell_m: float
 
@@ -82,7 +79,7 @@ def height_map(
     kept = None if mask is None else np.asarray(mask, dtype=np.bool_).ravel()
     cell = number("cell_m", cell_m)
     raw = _native.height_map(as_floats("points", points), cell, triangulated, kept)
-    return HeightMap(raw.heights_m, raw.counts, raw.relief_m, raw.origin_m, cell_m)
+    return HeightMap(raw.heights_m, raw.counts, raw.origin_m, cell_m)
 
 
 @dataclass(frozen=True)

@@ -74,12 +74,14 @@ class GroundLevel:
 def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Settings]:
     """Find the ground's height, surface and noise, and the lengths that follow from them."""
     height = peak_m(grid, settings.base, settings)
-    find = _level if settings.ground_form == "level" else _surface
-    ground = find(grid, height, 2.0 * given(settings.plane_threshold_m))
+    if settings.ground_form == "level":
+        ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
+    else:
+        ground = _surface(grid, height)
     return ground, settings.grounded(ground.noise_m)
 
 
-def _surface(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
+def _surface(grid: HeightMap, height_m: float) -> GroundLevel:
     """Return a gentle surface through the ground and beneath what stands on it."""
     hills, is_ground, surface, noise = _native.hills(grid.heights_m, grid.cell_m)
     if not is_ground.any():

@@ -42,7 +42,7 @@ def cone(layers: int) -> NDArray[np.float64]:
 def by_grid(points: NDArray[np.float64]) -> tuple[float, int]:
     """Return the volume by the ground grid, and the bytes of its height map."""
     grid = height_map(points, VOXEL_M)
-    held = grid.heights_m.nbytes + grid.counts.nbytes + grid.relief_m.nbytes
+    held = grid.heights_m.nbytes + grid.counts.nbytes
     return integrate(grid.heights_m, VOXEL_M).volume_m3, held
 
 

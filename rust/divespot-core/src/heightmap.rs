@@ -120,19 +120,15 @@ pub struct HeightMap {
     pub heights_m: Vec<f64>,
     /// Points in each cell.
     pub counts: Vec<u32>,
-    /// Highest minus lowest point of each cell; 0 where no point fell.
-    pub relief_m: Vec<f64>,
 }
 
 #[derive(Clone, Copy)]
 struct Sums {
     count: u32,
     xyz: [i64; 3],
-    low: f64,
-    high: f64,
 }
 
-const NOTHING: Sums = Sums { count: 0, xyz: [0; 3], low: f64::INFINITY, high: f64::NEG_INFINITY };
+const NOTHING: Sums = Sums { count: 0, xyz: [0; 3] };
 
 /// Averages the points of each cell of edge `cell_m`.
 ///
@@ -215,7 +211,6 @@ impl Cells {
             grid: self.grid,
             heights_m,
             counts: self.sums.iter().map(|s| s.count).collect(),
-            relief_m: self.sums.iter().map(|s| (s.high - s.low).max(0.0)).collect(),
         }
     }
 }
@@ -226,8 +221,6 @@ fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
         let cell = &mut sums[grid.cell(p)];
         cell.count += 1;
         (0..3).for_each(|k| cell.xyz[k] += fixed.encode(p[k]));
-        cell.low = cell.low.min(p[2]);
-        cell.high = cell.high.max(p[2]);
     }
     sums
 }

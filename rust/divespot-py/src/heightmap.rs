@@ -11,7 +11,6 @@ use crate::points::cloud;
 pub(crate) struct RawHeightMap {
     heights_m: Py<PyArray2<f64>>,
     counts: Py<PyArray2<u32>>,
-    relief_m: Py<PyArray2<f64>>,
     origin_m: (f64, f64),
 }
 
@@ -41,7 +40,6 @@ pub(crate) fn height_map(
     Ok(RawHeightMap {
         heights_m: heights.into_pyarray(py).reshape(shape)?.unbind(),
         counts: map.counts.into_pyarray(py).reshape(shape)?.unbind(),
-        relief_m: map.relief_m.into_pyarray(py).reshape(shape)?.unbind(),
         origin_m: (map.grid.origin_m[0] + x, map.grid.origin_m[1] + y),
     })
 }

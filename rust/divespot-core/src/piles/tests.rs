@@ -286,7 +286,7 @@ fn a_cone_with_its_far_half_hidden_has_its_volume() {
         let object = half_seen(lit(from));
         let off = object.volume.net_m3() - CONE_M3;
         assert!(off.abs() < within * CONE_M3, "{from} {}", off / CONE_M3);
-        assert!(off.abs() < 2.0 * object.budget.combined_m3(), "{from} {:?}", object.budget);
+        assert!(off.abs() < 2.0 * object.budget.combined_m3(), "{from} {off} {:?}", object.budget);
         assert!(object.budget.filled_m3 < 0.1 * CONE_M3, "{from} {:?}", object.budget);
         assert_eq!((object.reason, object.touches_edge), (None, false), "{from}");
     }

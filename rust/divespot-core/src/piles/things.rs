@@ -4,6 +4,7 @@ use super::object::Object;
 use super::territory::NOBODY;
 use super::{Found, Reason, Settings, flat_top, floating, measured, pieces};
 use crate::error::Result;
+use crate::fixed::Fixed;
 use crate::heightmap::Grid;
 
 /// The connected pieces of what lies above a surface.
@@ -58,7 +59,8 @@ impl<'a> Things<'a> {
 
 /// The points above the surface by cell.
 struct Above {
-    sums_m: Vec<f64>,
+    fixed: Fixed,
+    sums: Vec<i64>,
     counts: Vec<u32>,
     /// Those of clusters apart from the ground's.
     apart: Vec<u32>,
@@ -67,13 +69,15 @@ struct Above {
 impl Above {
     /// Points below the surface are mirror images and other strays, and no thing.
     fn of(grid: &Grid, heights_m: &[f64], found: &Found) -> Self {
-        let none = vec![0; grid.len()];
-        let mut above = Self { sums_m: vec![0.0; grid.len()], counts: none.clone(), apart: none };
+        let largest = found.loose.iter().fold(0.0_f64, |most, p| most.max(p[2].abs()));
+        let fixed = Fixed::new(largest, found.loose.len());
+        let (sums, none) = (vec![0; grid.len()], vec![0; grid.len()]);
+        let mut above = Self { fixed, sums, counts: none.clone(), apart: none };
         let apart = found.apart.iter().copied().chain(std::iter::repeat(false));
         for (p, apart) in found.loose.iter().zip(apart).filter(|(p, _)| grid.holds(p)) {
             let cell = grid.cell(p);
             if heights_m[cell].is_nan() || p[2] > heights_m[cell] {
-                above.sums_m[cell] += p[2];
+                above.sums[cell] += fixed.encode(p[2]);
                 above.counts[cell] += 1;
                 above.apart[cell] += u32::from(apart);
             }
@@ -86,6 +90,6 @@ impl Above {
     }
 
     fn mean(&self, cell: usize) -> f64 {
-        self.sums_m[cell] / f64::from(self.counts[cell])
+        self.fixed.mean(self.sums[cell] as f64, self.counts[cell])
     }
 }

@@ -12,8 +12,8 @@ use crate::piles::EIGHT;
 /// One direction of each pair of opposite sides.
 const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
 
-/// Takes the walked cells away that rise too steeply on two opposite sides.
-pub(crate) fn without_boards(columns: &Columns, heights_m: &mut [f64], noise_m: f64) {
+/// Takes the walked cells away that rise too steeply on two opposite sides, and returns them.
+pub(crate) fn without_boards(columns: &Columns, heights_m: &mut [f64], noise_m: f64) -> Vec<usize> {
     let grid = &columns.grid;
     let known = || heights_m.iter().copied().filter(|h| !h.is_nan());
     let relief_m =
@@ -28,7 +28,8 @@ pub(crate) fn without_boards(columns: &Columns, heights_m: &mut [f64], noise_m: 
         farthest,
     };
     let boards: Vec<usize> = relief.near_lips().filter(|&cell| relief.is_board(cell)).collect();
-    boards.into_iter().for_each(|cell| heights_m[cell] = f64::NAN);
+    boards.iter().for_each(|&cell| heights_m[cell] = f64::NAN);
+    boards
 }
 
 struct Relief<'a> {

@@ -115,3 +115,64 @@ fn higher(points: &[Point], a: u32, b: u32) -> std::cmp::Ordering {
     let (p, q) = (&points[a as usize], &points[b as usize]);
     p[2].total_cmp(&q[2]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points at these heights over the cells of a grid, a step of 1 m wide.
+    fn columns(size: [usize; 2], heights: impl Fn(usize) -> Vec<f64>) -> Columns {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: size[0], rows: size[1] };
+        let over = |cell: usize| {
+            let [x, y] = grid.center(cell);
+            heights(cell).into_iter().map(move |z| [x, y, z])
+        };
+        Columns::of(&(0..grid.len()).flat_map(over).collect::<Vec<Point>>(), grid)
+    }
+
+    #[test]
+    fn points_are_kept_by_cell_from_the_lowest_up() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 2, rows: 1 };
+        let points = [[0.5, 0.5, 3.0], [1.5, 0.2, 0.0], [0.1, 0.2, -1.0], [0.9, 0.9, 0.5]];
+        let columns = Columns::of(&points, grid);
+        assert_eq!((columns.rows(0), columns.rows(1)), (&[2, 3, 0][..], &[1][..]));
+        assert_eq!(columns.heights(0), [-1.0, 0.5, 3.0]);
+        assert_eq!(columns.between(0, -1.0, 0.5), [-1.0, 0.5]);
+        assert!(columns.between(0, 0.6, 2.9).is_empty() && columns.between(0, 2.0, 1.0).is_empty());
+    }
+
+    #[test]
+    fn points_of_one_height_have_an_order_of_their_own() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 1, rows: 1 };
+        let points = [[0.5, 0.5, 1.0], [0.2, 0.9, 1.0], [0.2, 0.1, 1.0]];
+        assert_eq!(Columns::of(&points, grid).rows(0), [2, 1, 0]);
+    }
+
+    #[test]
+    fn what_stands_on_a_surface_rises_and_what_hangs_over_it_does_not() {
+        let rises = |heights: &[f64]| columns([1, 1], |_| heights.to_vec()).rises(0, 0.0, 1.0);
+        assert_eq!(rises(&[0.0, 0.9, 1.8, 2.5, 7.0]), Some(7.0));
+        assert_eq!(rises(&[0.0, 2.1, 7.0]), None);
+        assert_eq!(rises(&[-3.0, 0.0, 1.0]), None);
+    }
+
+    #[test]
+    fn a_surface_holds_a_quarter_of_what_cells_around_typically_do() {
+        // Blocks of 8 by 8 cells: of 12 points a cell, of 40, and of half these and half those.
+        let counts = |cell: usize| match cell % 24 {
+            0..8 | 16..20 => 12,
+            _ => 40,
+        };
+        let needs = columns([24, 8], |cell| vec![0.0; counts(cell)]).needs();
+        assert!((0..needs.len()).all(|cell| needs[cell] == if cell % 24 < 8 { 3 } else { 10 }));
+        let bare = columns([9, 1], |cell| if cell < 8 { vec![0.0] } else { vec![] });
+        assert_eq!(bare.needs(), [1; 9]);
+    }
+
+    #[test]
+    fn where_somebody_stands_no_more_points_are_needed_than_anywhere() {
+        let needs =
+            columns([24, 8], |cell| vec![0.0; if cell % 24 < 8 { 400 } else { 40 }]).needs();
+        assert!(needs.iter().all(|&need| need == 10));
+    }
+}

@@ -9,6 +9,7 @@ use super::walk::Reach;
 use crate::Point;
 use crate::connectivity::components;
 use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
 use crate::piles::{EIGHT, Kind, value, weighted_plane};
 
 /// The surface goes on as it is in the cells so many columns and rows away.
@@ -51,11 +52,18 @@ impl Taken {
     }
 }
 
-/// What of each cell is surface, after a walk with this reach.
-pub(crate) fn taken(columns: &Columns, heights_m: &[f64], reach: Reach) -> Vec<Taken> {
+/// What of each cell is surface, after a walk with this reach. A face that goes up to a board is the
+/// board's.
+pub(crate) fn taken(
+    columns: &Columns,
+    heights_m: &[f64],
+    boards: &[usize],
+    reach: Reach,
+) -> Vec<Taken> {
     let (grid, reach_m) = (&columns.grid, reach.far_m);
-    let top: Vec<f64> =
+    let mut top: Vec<f64> =
         (0..grid.len()).map(|cell| top(columns, cell, heights_m[cell], reach_m)).collect();
+    boards.iter().for_each(|&cell| top[cell] = f64::INFINITY);
     let mut taken: Vec<Taken> = heights_m
         .iter()
         .map(|&height_m| match height_m.is_nan() {
@@ -68,7 +76,8 @@ pub(crate) fn taken(columns: &Columns, heights_m: &[f64], reach: Reach) -> Vec<T
         let around = || face.iter().flat_map(|&cell| grid.around(cell, 1)).map(|n| heights_m[n]);
         let highest = around().fold(f64::NEG_INFINITY, f64::max);
         if face.iter().all(|&cell| top[cell] <= highest + reach_m) {
-            for &cell in &face {
+            let level = |&&cell: &&usize| is_level(columns, heights_m, cell, top[cell], reach_m);
+            for &cell in face.iter().filter(level) {
                 taken[cell] = Taken::Face { up_to_m: top[cell] };
                 faces[cell] = false;
             }
@@ -93,6 +102,14 @@ fn top(columns: &Columns, cell: usize, height_m: f64, reach_m: f64) -> f64 {
         false => columns.rises(cell, height_m, reach_m),
     };
     top.unwrap_or(f64::NAN)
+}
+
+/// Whether the walked surface comes up to a face's top no farther away than where material would.
+fn is_level(columns: &Columns, heights_m: &[f64], cell: usize, top_m: f64, reach_m: f64) -> bool {
+    let grid = &columns.grid;
+    let rise_m = top_m - columns.heights(cell).first().unwrap_or(&top_m);
+    let farthest = (rise_m / NEVER_STEEPER / grid.cell_m).ceil() as usize + 1;
+    grid.around(cell, farthest).any(|n| heights_m[n] >= top_m - reach_m)
 }
 
 /// The plane through the cells around the foot of a face, the nearest counting most.

@@ -247,3 +247,163 @@ fn components(grid: &Grid, tree: &Tree) -> Vec<i32> {
     let labels: Vec<i32> = (0..grid.len()).map(hill).collect();
     crate::piles::pieces(grid, &labels, 0, 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    const CELL: f64 = 0.02;
+    const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: CELL, columns: 120, rows: 90 };
+
+    /// A map with normal noise: four uniform numbers are normal enough.
+    fn map(height: impl Fn(f64, f64) -> f64, noise_m: f64) -> Vec<f64> {
+        let unit = |k: u64| (mix(k) >> 11) as f64 / (1_u64 << 53) as f64;
+        let noise = |cell: u64| {
+            let sum: f64 = (0..4).map(|k| unit(4 * cell + k)).sum();
+            (sum - 2.0) * 3.0_f64.sqrt() * noise_m
+        };
+        let at = |cell: usize| {
+            let [x, y] = GRID.center(cell);
+            height(x, y) + noise(cell as u64)
+        };
+        (0..GRID.len()).map(at).collect()
+    }
+
+    fn found(height: impl Fn(f64, f64) -> f64) -> Hills {
+        hills(&GRID, &map(height, 0.0005)).unwrap()
+    }
+
+    fn cone_at(x: f64, y: f64, [u, v]: [f64; 2], height_m: f64) -> f64 {
+        (height_m - 0.45 * (x - u).hypot(y - v)).max(0.0)
+    }
+
+    fn cone(x: f64, y: f64) -> f64 {
+        cone_at(x, y, [1.2, 0.9], 0.225)
+    }
+
+    /// Cells in which what stands on the floor is this high, or that are no hill's.
+    fn only_stands(floor: impl Fn(f64, f64) -> f64, on_it: impl Fn(f64, f64) -> f64) {
+        let hills = found(|x, y| floor(x, y) + on_it(x, y));
+        for (cell, &label) in hills.labels.iter().enumerate() {
+            let [x, y] = GRID.center(cell);
+            let stands = on_it(x, y);
+            let beside =
+                GRID.around(cell, 3).any(|n| on_it(GRID.center(n)[0], GRID.center(n)[1]) > 0.0);
+            assert!(label == NOBODY || beside, "{x} {y}: {stands} is no hill");
+            assert!(label != NOBODY || stands < 0.05, "{x} {y}: {stands} is a hill");
+            assert!(!hills.ground[cell] || stands < 0.05, "{x} {y}: {stands} is no ground");
+        }
+        assert!(hills.terrain.noise_m < 0.002, "{}", hills.terrain.noise_m);
+    }
+
+    #[test]
+    fn a_cone_stands_on_ground_of_any_gentle_form() {
+        only_stands(|_, _| 0.5, cone);
+        only_stands(|x, y| 0.05 * x - 0.03 * y, cone);
+        only_stands(|x, y| 0.006 * (3.0 * x).sin() * (2.5 * y).cos(), cone);
+        only_stands(|x, _| 0.052 * (x - 1.1).max(0.0), cone);
+        only_stands(|x, _| -0.052 * (x - 1.1).max(0.0), cone);
+    }
+
+    #[test]
+    fn a_step_across_the_scan_is_ground_on_both_sides() {
+        only_stands(|x, _| if x > 1.9 { 0.03 } else { 0.0 }, cone);
+        only_stands(|x, _| if x > 1.3 { 0.03 } else { 0.0 }, cone);
+    }
+
+    #[test]
+    fn a_plate_amid_the_floor_and_a_heap_with_a_flat_top_are_no_ground() {
+        let inside = |x: f64, y: f64| (0.6..1.6).contains(&x) && (0.4..1.2).contains(&y);
+        only_stands(|_, _| 0.0, move |x, y| if inside(x, y) { 0.06 } else { 0.0 });
+        only_stands(|_, _| 0.0, |x, y| cone(x, y).min(0.12));
+    }
+
+    #[test]
+    fn beneath_a_hill_the_terrain_goes_on() {
+        let hills = found(|x, y| 0.05 * x + cone(x, y));
+        for (cell, &surface) in hills.terrain.surface_m.iter().enumerate() {
+            let [x, y] = GRID.center(cell);
+            assert!((surface - 0.05 * x).abs() < 0.02 || cone(x, y) > 0.0, "{x} {y}: {surface}");
+            assert!((surface - 0.05 * x).abs() < 0.03, "{x} {y}: {surface}");
+        }
+    }
+
+    /// The number of hills, and the places of those that are labelled.
+    fn places(hills: &Hills) -> (i32, Vec<([f64; 2], i32)>) {
+        let count = hills.labels.iter().max().unwrap() + 1;
+        let labelled = hills.labels.iter().enumerate().filter(|(_, n)| **n != NOBODY);
+        (count, labelled.map(|(cell, &n)| (GRID.center(cell), n)).collect())
+    }
+
+    #[test]
+    fn heaps_on_two_levels_are_hills_and_the_bank_between_is_none() {
+        let low = |x: f64, y: f64| cone_at(x, y, [0.5, 0.9], 0.16);
+        let high = |x: f64, y: f64| cone_at(x, y, [1.9, 0.8], 0.12);
+        let bank = |x: f64| (0.6 * (x - 1.1)).clamp(0.0, 0.2);
+        let (count, cells) = places(&found(|x, y| bank(x) + low(x, y) + high(x, y)));
+        assert_eq!(count, 2);
+        for ([x, y], label) in cells {
+            let near = if label == 0 { [0.5, 0.9, 0.16] } else { [1.9, 0.8, 0.12] };
+            let away = (x - near[0]).hypot(y - near[1]);
+            assert!(away < near[2] / 0.45 + 3.0 * CELL, "{x} {y} {label}");
+        }
+    }
+
+    #[test]
+    fn a_pit_a_ditch_and_the_edge_of_a_platform_are_no_hills() {
+        let none = |height: &dyn Fn(f64, f64) -> f64| {
+            let (count, cells) = places(&found(height));
+            assert_eq!(count, 0, "{:?}", cells.first());
+        };
+        none(&|x, y| -cone(x, y));
+        none(&|x, _| -(0.16 - 0.8 * (x - 1.6).abs()).max(0.0));
+        none(&|x, _| if x > 1.7 { -1.0 } else { 0.0 });
+    }
+
+    #[test]
+    fn two_summits_over_a_saddle_are_one_hill() {
+        let both =
+            |x: f64, y: f64| cone_at(x, y, [0.9, 0.9], 0.2).max(cone_at(x, y, [1.4, 0.9], 0.18));
+        assert_eq!(places(&found(both)).0, 1);
+    }
+
+    /// A bank of 1 in 2 with a round bump on it.
+    fn bump(height_m: f64) -> impl Fn(f64, f64) -> f64 {
+        let off = |x: f64, y: f64| (x - 1.2).hypot(y - 0.9) / (6.0 * CELL);
+        move |x, y| 0.5 * (x - 0.3).clamp(0.0, 1.8) + height_m * (-0.5 * off(x, y).powi(2)).exp()
+    }
+
+    /// How far one comes down from the bump before the bank goes up again.
+    fn prominence(height_m: f64) -> f64 {
+        let smooth = smoothed(&GRID, &map(bump(height_m), 0.0));
+        let uphill = &smooth[45 * GRID.columns..][50..80];
+        let drop = |from: usize| {
+            let after = uphill[from..].iter().copied().fold(f64::INFINITY, f64::min);
+            uphill[from] - after
+        };
+        (0..uphill.len()).map(drop).fold(0.0, f64::max)
+    }
+
+    /// Whether a bump of this prominence is a hill.
+    fn is_hill(prominence_m: f64, noise_m: f64) -> bool {
+        let heights = (0..2000).map(|k| 0.0002 * f64::from(k));
+        let height_m = heights.into_iter().find(|&h| prominence(h) >= prominence_m).unwrap();
+        let found = hills(&GRID, &map(bump(height_m), noise_m)).unwrap();
+        found.labels.iter().any(|&n| n != NOBODY)
+    }
+
+    #[test]
+    fn a_summit_of_little_prominence_is_part_of_its_bank() {
+        assert!(!is_hill(0.18 * CELL, 0.0) && is_hill(0.4 * CELL, 0.0));
+        let noise_m = 0.2 * CELL;
+        assert!(!is_hill(5.5 * noise_m, noise_m) && is_hill(12.0 * noise_m, noise_m));
+    }
+
+    #[test]
+    fn a_height_for_each_cell_is_needed() {
+        assert!(hills(&GRID, &[0.0; 3]).is_err());
+        let unseen = hills(&GRID, &vec![f64::NAN; GRID.len()]).unwrap();
+        assert!(unseen.labels.iter().all(|&n| n == NOBODY));
+    }
+}

@@ -178,3 +178,118 @@ impl Looker<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(columns: usize, rows: usize) -> Grid {
+        Grid { origin_m: [0.0; 2], cell_m: 1.0, columns, rows }
+    }
+
+    fn levels(grid: &Grid, height: impl Fn(f64, f64) -> f64) -> Levels {
+        let at = |cell: usize| height(grid.center(cell)[0], grid.center(cell)[1]);
+        let heights: Vec<f64> = (0..grid.len()).map(at).collect();
+        let slopes = Slopes::of(grid, &heights);
+        Levels::of(grid, &heights, &slopes, &vec![false; grid.len()])
+    }
+
+    /// A plate so many cells wide and long amid a floor.
+    fn plate(width: f64, length: f64, [x0, y0]: [f64; 2]) -> impl Fn(f64, f64) -> f64 {
+        move |x, y| {
+            let on = (x0..x0 + width).contains(&x) && (y0..y0 + length).contains(&y);
+            if on { 9.0 } else { 0.0 }
+        }
+    }
+
+    #[test]
+    fn a_part_of_few_cells_is_no_level() {
+        let count =
+            |width, length| levels(&grid(40, 40), plate(width, length, [10.0, 10.0])).edges.len();
+        // A cell at the edge of a plate is not gentle: windows reach a cell far.
+        assert_eq!((count(8.0, 12.0), count(7.0, 8.0)), (2, 1));
+    }
+
+    #[test]
+    fn nor_is_one_of_a_small_share_of_the_largest() {
+        let count =
+            |width, length| levels(&grid(100, 100), plate(width, length, [10.0, 10.0])).edges.len();
+        assert_eq!((count(17.0, 20.0), count(12.0, 17.0)), (2, 1));
+    }
+
+    #[test]
+    fn the_edge_of_a_plate_goes_down_a_cliff_and_that_of_a_floor_up() {
+        let levels = levels(&grid(40, 40), plate(14.0, 14.0, [13.0, 13.0]));
+        let (floor, plate) = (levels.edges[0], levels.edges[1]);
+        assert!(floor.is_ground() && !floor.is_top() && !floor.is_lid(floor.cells), "{floor:?}");
+        assert!(plate.is_top() && plate.is_lid(floor.cells) && !plate.is_ground(), "{plate:?}");
+        assert!(plate.cliff == plate.down && plate.up == 0.0 && plate.open == 0.0);
+        // Where windows end, the levels go on up to the cliff.
+        assert!(levels.of.iter().all(|&part| part != NONE));
+    }
+
+    #[test]
+    fn a_bank_is_neither_level_beside_it() {
+        let bank = |x: f64, _: f64| (0.6 * (x - 15.0)).clamp(0.0, 6.0);
+        let levels = levels(&grid(40, 20), bank);
+        let [low, high] = levels.edges[..] else { panic!("{:?}", levels.edges) };
+        assert!(low.down == 0.0 && low.up > 0.0 && high.up == 0.0 && high.down > 0.0);
+        assert!(high.cliff == 0.0 && low.is_ground() && low.open > 0.0);
+        assert_eq!((levels.of[20], levels.of[10], levels.of[30]), (NONE, 0, 1));
+    }
+
+    fn edge(down: f64, cliff: f64, up: f64) -> Edge {
+        Edge { cells: 100, up, even: 1.0 - down - up, down, cliff, open: 0.0 }.times(100.0)
+    }
+
+    impl Edge {
+        fn times(self, by: f64) -> Self {
+            let Self { cells, up, even, down, cliff, open } = self;
+            let [up, even, down, cliff, open] = [up, even, down, cliff, open].map(|v| by * v);
+            Self { cells, up, even, down, cliff, open }
+        }
+    }
+
+    #[test]
+    fn shares_of_an_edge_tell_tops_and_ground() {
+        assert!(edge(0.2, 0.0, 0.0).is_ground() && !edge(0.3, 0.0, 0.0).is_ground());
+        assert!(edge(0.8, 0.0, 0.0).is_top() && !edge(0.7, 0.0, 0.0).is_top());
+        let open = |open| Edge { open, ..edge(0.5, 0.0, 0.0) }.is_ground();
+        assert!(open(40.0) && !open(20.0));
+    }
+
+    #[test]
+    fn a_plate_with_cliffs_is_ground_where_something_stands_on_it() {
+        assert!(edge(0.6, 0.3, 0.15).is_ground() && !edge(0.6, 0.2, 0.15).is_ground());
+        assert!(!edge(0.6, 0.3, 0.07).is_ground());
+    }
+
+    #[test]
+    fn a_lid_is_small_with_some_cliffs_or_has_many() {
+        let lid = |cliff, up, largest| edge(0.8, cliff, up).is_lid(largest);
+        assert!(lid(0.6, 0.0, 100) && !lid(0.4, 0.0, 100) && !lid(0.3, 0.0, 350));
+        assert!(lid(0.3, 0.0, 700) && !lid(0.2, 0.0, 700));
+        assert!(lid(0.6, 0.07, 100) && !lid(0.6, 0.15, 100));
+    }
+
+    #[test]
+    fn a_step_within_the_noise_is_none() {
+        let grid = grid(9, 1);
+        let seen = |rise: f64| {
+            let heights_m: Vec<f64> = (0..9).map(|x| if x < 5 { 0.0 } else { rise }).collect();
+            let beyond = [false; 9];
+            let looker = Looker {
+                grid: &grid,
+                heights_m: &heights_m,
+                beyond: &beyond,
+                noise_m: 1.0,
+                reach: 1,
+            };
+            let mut edge = Edge::default();
+            looker.look(&mut edge, 4, 5, 1);
+            [edge.up, edge.even, edge.down]
+        };
+        assert_eq!((seen(3.0), seen(-3.0)), ([0.0, 1.0, 0.0], [0.0, 1.0, 0.0]));
+        assert_eq!((seen(5.5), seen(-5.5)), ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]));
+    }
+}

@@ -35,8 +35,8 @@ pub fn surface_points(points: &[Point], cell_m: f64, noise_m: f64) -> Result<Vec
     let mut heights_m = seeds(&columns, &needs, noise_m);
     let reach = Reach::of(cell_m, noise_m);
     walk(&columns, &mut heights_m, &needs, reach);
-    boards::without_boards(&columns, &mut heights_m, noise_m);
-    let taken = faces::taken(&columns, &heights_m, reach);
+    let boards = boards::without_boards(&columns, &mut heights_m, noise_m);
+    let taken = faces::taken(&columns, &heights_m, &boards, reach);
     let mut mask = vec![false; points.len()];
     for cell in 0..grid.len() {
         for &row in columns.rows(cell) {
@@ -73,3 +73,6 @@ fn lowest(heights_m: &[f64], need: u32, band_m: f64) -> f64 {
     let end = heights_m.partition_point(|&z| z <= heights_m[first] + band_m);
     mean(&heights_m[first..end])
 }
+
+#[cfg(test)]
+mod tests;
