@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::bank::Bank;
 use super::crease::Crease;
 use super::nodes::Nodes;
+use super::patch::Patch;
 use super::sectors::Sectors;
 use super::surface::Surface;
 use super::waves::{Footprint, Waves};
@@ -47,6 +49,7 @@ pub struct Base {
     wander_m: f64,
     film: Option<Film>,
     surface: Option<Arc<Surface>>,
+    bank: Option<Arc<Bank>>,
 }
 
 /// What a base rests on.
@@ -83,6 +86,7 @@ impl Base {
             wander_m: noise_m,
             film: None,
             surface: None,
+            bank: None,
         }
     }
 
@@ -98,7 +102,13 @@ impl Base {
     #[must_use]
     pub fn at(&self, p: [f64; 2]) -> f64 {
         let surface = self.surface.as_ref().map_or(0.0, |surface| surface.at(p));
-        self.plane_at(p) + self.film.as_ref().map_or(0.0, |film| film.at(p)) + surface
+        let ground = self.plane_at(p) + self.film.as_ref().map_or(0.0, |film| film.at(p)) + surface;
+        self.bank.as_ref().map_or(ground, |bank| ground.max(bank.at(p)))
+    }
+
+    /// The base with the banks that go on under an object.
+    pub(crate) fn with_banks(self, patch: &Patch) -> Self {
+        Self { bank: Bank::under(patch, &self), ..self }
     }
 
     /// Whether the base rests on what was seen or given at a place of the height map.
@@ -195,6 +205,7 @@ impl Base {
             wander_m,
             film: None,
             surface: None,
+            bank: None,
         })
     }
 }

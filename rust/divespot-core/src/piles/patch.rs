@@ -38,6 +38,8 @@ pub(crate) struct Patch {
     pub(crate) walls: Vec<bool>,
     /// Cells in or beside which a face rises: no flank goes on across them.
     pub(crate) bars: Vec<bool>,
+    /// Cells of banks that lead to higher ground.
+    pub(crate) banks: Vec<bool>,
     /// The plane through the ring, if it was sought; it holds while the core stays as it is.
     pub(crate) plane: Option<Base>,
     /// The part of each cell that counts, where an outline runs through cells.
@@ -52,6 +54,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) beyond: Vec<bool>,
     /// Where faces rise from the surface.
     pub(crate) faces: Faces,
+    /// Cells of banks that lead to higher ground.
+    pub(crate) banks: Vec<bool>,
 }
 
 impl<'a> Scene<'a> {
@@ -70,7 +74,9 @@ impl<'a> Scene<'a> {
         let beyond = hidden::beyond(grid, &heights_m);
         let faces = Faces::of(grid, &heights_m, found, margin_m);
         (0..grid.len()).filter(|&c| faces.is[c]).for_each(|c| heights_m[c] = f64::NAN);
-        Ok(Self { grid, heights_m, beyond, faces })
+        let is_bank = |cell: usize| found.is_bank(cell) && !heights_m[cell].is_nan();
+        let banks = (0..grid.len()).map(is_bank).collect();
+        Ok(Self { grid, heights_m, beyond, faces, banks })
     }
 }
 
@@ -150,6 +156,7 @@ impl Patch {
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
             walls: cells.iter().map(|&cell| scene.faces.is[cell]).collect(),
             bars: cells.iter().map(|&cell| scene.faces.bars[cell]).collect(),
+            banks: cells.iter().map(|&cell| scene.banks[cell]).collect(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
             plane: None,

@@ -28,7 +28,7 @@ pub(crate) fn ring_base(patch: &Patch) -> Option<Base> {
     let (plane, mut ground) = ring_plane(patch)?;
     ground.extend(seen(patch, Zone::Beyond));
     let footprint = footprint(patch, plane.center_m);
-    Some(plane.with_waves(&ground, &footprint))
+    Some(plane.with_waves(&ground, &footprint).with_banks(patch))
 }
 
 /// The cells of a zone that were seen.
