@@ -15,6 +15,7 @@ from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
 from divespot.kernels import radius_outlier_mask
 from divespot.mass import mass_kg
+from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Budget, Outline, Pile
 from divespot.settings import given
 from divespot.surface import NO_GROUND
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
     from divespot.report import Position
     from divespot.settings import Settings
     from divespot.surface import Surface
-
-#: With less of the points on the ground's plane, the ground is no plane.
-FLAT_SHARE = 0.2
 
 #: With a base as uncertain as this share of the volume, it does not suit the ground around.
 OFF_SHARE = 0.05

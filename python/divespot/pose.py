@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.errors import DivespotError
 from divespot.plane import Plane
 from divespot.report import Ground
 from divespot.settings import given
@@ -90,8 +91,18 @@ def find_pose(
     plane = _upright(fitted, points, evidence, settings)
     rotation = _native.leveling(points, plane.normal, settings.threads)
     up = Up(evidence, plane, found_from, doubted=doubted)
+    if up.source == "nothing below" and fitted.inliers < FLAT_SHARE * len(points):
+        share = fitted.inliers / len(points)
+        raise DivespotError(
+            f"which way is up cannot be told: only {share:.0%} of the points lie on one plane, "
+            "and nothing else tells (--up is needed, or a scan that shows the ground)"
+        )
     tilt_deg = angle_deg(fitted.normal, evidence.asked or Z)
     return Pose(plane, rotation, tilt_deg, up.source, up.conflicts(threshold_m))
+
+
+#: With less of the points on the ground's plane, the ground is no plane.
+FLAT_SHARE = 0.2
 
 
 def _upright(

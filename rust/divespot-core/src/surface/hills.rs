@@ -75,12 +75,14 @@ fn filled(grid: &Grid, heights_m: &[f64], beyond: &[bool]) -> Vec<f64> {
     filled
 }
 
-/// The mean of each cell and its neighbours.
+/// The mean of each cell and its neighbours, those above or below a cliff apart.
 fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
+    let most = NEVER_STEEPER * grid.cell_m;
     let mean = |cell: usize| {
-        let known = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
-        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
-        if heights_m[cell].is_nan() { f64::NAN } else { sum / count }
+        let here = heights_m[cell];
+        let near = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| (h - here).abs() <= most);
+        let (sum, count) = near.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+        sum / count
     };
     (0..grid.len()).map(mean).collect()
 }
