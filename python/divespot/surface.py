@@ -27,7 +27,6 @@ NO_GROUND = (
 #: The walk goes over cells of so many point spacings, that each holds some points.
 WALKED = 2.0
 
-
 #: Clusters are sought among the means of voxels of so many point spacings: as many as on a plane
 #: have neighbours all around, at a fraction of the work.
 THINNED = 2.0
@@ -70,10 +69,11 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     is_on = _native.surface_points(points, cell_m, scan.roughness_m, settings.threads)
+    is_apart = _apart(points, is_on, scan, settings)
+    is_on &= ~is_apart
     if not is_on.any():
         raise DivespotError(NO_GROUND)
-    is_apart = _apart(points, is_on, scan, settings)
-    return Surface(points, is_on & ~is_apart, is_apart)
+    return Surface(points, is_on, is_apart)
 
 
 def _apart(

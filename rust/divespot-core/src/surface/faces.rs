@@ -128,3 +128,51 @@ fn foot(grid: &Grid, heights_m: &[f64], faces: &[bool], cell: usize) -> Option<[
     let weights = local.iter().map(|p| 1.0 / (p[0] * p[0] + p[1] * p[1]));
     weighted_plane(&local, weights, Kind::Ring).map(Into::into)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 9, rows: 9 };
+    const MIDDLE: usize = 40;
+
+    /// Columns and rows from the middle.
+    fn away(cell: usize) -> usize {
+        (cell % 9).abs_diff(4).max((cell / 9).abs_diff(4))
+    }
+
+    /// The height in the middle of the plane through the cells that are `clean`.
+    fn foot_m(height: impl Fn(usize) -> f64, clean: impl Fn(usize) -> bool) -> Option<f64> {
+        let heights: Vec<f64> = (0..GRID.len()).map(height).collect();
+        let faces: Vec<bool> = (0..GRID.len()).map(|cell| !clean(cell)).collect();
+        foot(&GRID, &heights, &faces, MIDDLE).map(|plane| plane[0])
+    }
+
+    #[test]
+    fn at_the_foot_of_a_face_the_surface_goes_on_as_two_cells_away() {
+        let slope = |cell: usize| match away(cell) {
+            0..=2 => 0.25 * GRID.center(cell)[0],
+            _ => 99.0,
+        };
+        let found = foot_m(slope, |cell| away(cell) > 1).unwrap();
+        assert!((found - 0.25 * GRID.center(MIDDLE)[0]).abs() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn of_fewer_than_five_cells_nothing_is_known() {
+        let only = |cells: &'static [usize]| foot_m(|_| 1.0, move |cell| cells.contains(&cell));
+        assert!(only(&[39, 48, 49, 30, 31, 22]).is_some());
+        assert!(only(&[39, 48, 49, 30]).is_none() && only(&[39, 48, 49]).is_none());
+    }
+
+    #[test]
+    fn what_is_taken_lies_where_the_surface_is() {
+        let at = |z: f64| [0.5, 0.5, z];
+        let near = Taken::Near { height_m: 1.0, within_m: 0.5 };
+        assert!(near.takes(&at(1.5)) && !near.takes(&at(1.6)) && !near.takes(&at(0.4)));
+        assert!(Taken::Face { up_to_m: 1.0 }.takes(&at(-3.0)) && !Taken::Nothing.takes(&at(0.0)));
+        assert!(!Taken::Face { up_to_m: 1.0 }.takes(&at(1.1)));
+        let foot = Taken::Foot { center_m: [0.0, 0.0], plane: [0.0, 1.0, 0.0], within_m: 0.1 };
+        assert!(foot.takes(&at(0.55)) && !foot.takes(&at(0.3)));
+    }
+}
