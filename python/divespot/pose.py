@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
+#: Half of the flattest angle of repose: ground is no steeper.
+GENTLE_DEG = 7.5
+
+#: Beyond this angle to the ground's normal, a direction is no upward one.
+STEEPEST_DEG = 60.0
+
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -90,8 +96,8 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
 
     Of several planes the one is taken that has (nearly) nothing below it and on which something
     slopes as bulk material does; see the core's ``ground`` module. The paper takes the largest,
-    which may be a wall. Inside an outline above a given height, where perhaps no ground was seen,
-    level is what is upright to the direction that the height is along.
+    which may be a wall. Inside an outline above a given height, or where only slopes were seen of
+    what stands above it, level is what is upright to the direction that the height is along.
 
     Raises
     ------
@@ -114,7 +120,8 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
     )
     plane = Plane(*parts)
     tilt_deg = _angle_deg(plane.normal, up or AXES["z"])
-    if settings.outline is not None and settings.base.startswith("height="):
+    steep = up is not None and GENTLE_DEG < tilt_deg <= STEEPEST_DEG
+    if settings.base.startswith("height=") and (steep or settings.outline is not None):
         plane = _upright(plane, points, settings)
         rotation = rotation_to_z(plane.normal)
     return Pose(plane, rotation, tilt_deg)

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
+#: Bases that stand whether or not the ground is in view.
+GIVEN = ("height=", "surface=")
+
 #: The walk goes over cells of so many point spacings, that each holds some points.
 WALKED = 2.0
 
@@ -32,13 +35,15 @@ class Surface:
 def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) -> Surface:
     """Walk the surface from the ground; what cannot be reached so stands, hangs or flies.
 
+    With a floor or an outline that was given, the ground need not be in view.
     The paper takes every point for the surface.
     """
     if settings.ground_form == "level":
         return Surface(points, np.ones(len(points), dtype=np.bool_))
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
-    is_on = _native.surface_points(points, cell_m, scan.roughness_m, settings.threads)
+    anywhere = settings.outline is not None or settings.base.startswith(GIVEN)
+    is_on = _native.surface_points(points, cell_m, scan.roughness_m, anywhere, settings.threads)
     return Surface(points, is_on)
 
 

@@ -236,21 +236,21 @@ fn an_earlier_surface_is_the_base_waves_and_all() {
     let empty = map(floor);
     let full = map(|x, y| cone(x, y) + floor(x, y));
     let labels = labels(&full, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
-    let points: Vec<_> = (0..empty.grid.len())
-        .map(|cell| (empty.grid.center(cell), empty.heights_m[cell]))
-        .map(|([x, y], z)| [x, y, z])
-        .collect();
-    let volume = |points: &[crate::Point]| {
-        let base = Base::on(Surface::through(points, full.grid).unwrap(), 0.0);
+    let volume = |empty_m: Vec<f64>| {
+        let base = Base::on(Surface::over(full.grid, empty_m).unwrap(), 0.0);
         let settings = Settings { base: Some(base), ..settings() };
         measure(&full.grid, &full.heights_m, &Found::on_all_else(labels.clone()), &settings)
             .unwrap()
             .remove(0)
     };
-    let whole = volume(&points);
+    let whole = volume(empty.heights_m.clone());
     assert!((whole.volume.net_m3() / CONE_M3 - 1.0).abs() < 2e-3);
-    let hole = |p: &crate::Point| (p[0] - 4.0).hypot(p[1] - 3.0) < 0.5;
-    let holed = volume(&points.iter().filter(|p| !hole(p)).copied().collect::<Vec<_>>());
+    let hole = |cell: usize| {
+        let [x, y] = empty.grid.center(cell);
+        (x - 4.0).hypot(y - 3.0) < 0.5
+    };
+    let seen = empty.heights_m.iter().enumerate();
+    let holed = volume(seen.map(|(cell, &h)| if hole(cell) { f64::NAN } else { h }).collect());
     assert!(holed.budget.base_m3 > whole.budget.base_m3 + 0.001);
     let off = (holed.volume.net_m3() - whole.volume.net_m3()).abs();
     assert!(off < 2.0 * holed.budget.base_m3, "{off} {:?}", holed.budget);

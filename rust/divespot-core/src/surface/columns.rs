@@ -57,7 +57,7 @@ impl Columns {
     }
 
     /// How many points make a surface in each cell: a share of what the cells around typically
-    /// hold.
+    /// hold, on that side where it is least: along a wall most points are on its face.
     pub(crate) fn needs(&self) -> Vec<u32> {
         let across = |n: usize| n.div_ceil(BLOCK);
         let (columns, rows) = (across(self.grid.columns), across(self.grid.rows));
@@ -72,10 +72,13 @@ impl Columns {
             }
         }
         let need = |counts: &mut Vec<u32>| match counts.len() / 2 {
-            0 if counts.is_empty() => 1,
+            0 if counts.is_empty() => u32::MAX,
             half => (LEAST * f64::from(*counts.select_nth_unstable(half).1)).max(1.0) as u32,
         };
         let needs: Vec<u32> = blocks.iter_mut().map(need).collect();
+        let blocks = Grid { columns, rows, ..self.grid };
+        let least = |at: usize| blocks.around(at, 1).map(|n| needs[n]).min().unwrap_or(1);
+        let needs: Vec<u32> = (0..needs.len()).map(least).collect();
         (0..self.grid.len()).map(|cell| needs[block(cell)]).collect()
     }
 }
