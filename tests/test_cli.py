@@ -135,7 +135,7 @@ def test_json_keeps_its_contract(heap: Path) -> None:
     source = ("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs")
     assert tuple(report["source"]) == source
     assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
-    ground = {"normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction"}
+    ground = {"normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction", "up_from"}
     assert set(report["ground"]) == ground
     (pile,) = report["piles"]
     numbers = ("volume_m3", "u95_m3", "cut_m3", "fill_m3", "footprint_m2", "max_height_m")

@@ -10,10 +10,11 @@ import pytest
 import divespot
 from divespot import Report
 from divespot.io import write
-from solids import Floats
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from solids import Floats
 
 NOISE_M = 0.002
 
@@ -59,7 +60,9 @@ def yard(seed: int, *cones: tuple[tuple[float, float], float, float]) -> Floats:
 
 def test_what_was_lost_gained_and_filled_is_told_apart(tmp_path: Path) -> None:
     same = ((-1.5, 1.5), 0.8, 0.5)
-    before = yard(1, ((-1.5, -1.5), 0.9, 0.5), ((1.5, -1.5), 0.5, 0.3), ((1.5, 1.5), 0.8, -0.3), same)
+    before = yard(
+        1, ((-1.5, -1.5), 0.9, 0.5), ((1.5, -1.5), 0.5, 0.3), ((1.5, 1.5), 0.8, -0.3), same
+    )
     after = yard(2, ((-1.5, -1.5), 0.9, 0.2), ((1.5, -1.5), 0.9, 0.5), same)
     report = against(tmp_path, after, before)
     truths = [

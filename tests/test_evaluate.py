@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,15 +26,14 @@ from divespot.evaluate import (
     goals,
     read_list,
 )
-from divespot.evaluate.evaluation import SHAPES, VOXELS_M, kinds_of
+from divespot.evaluate.evaluation import BODIES, SHAPES, VOXELS_M, kinds_of
+from divespot.evaluate.given import given_with
 from divespot.evaluate.goals import COMPRESSION, EACH_PILE, NO_PILE
 from divespot.evaluate.matching import match
 from divespot.io import write
 from divespot.simulate import NAMES, Box, SimulatedScan, scan
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from click.testing import Result
 
     from divespot.report import Report
@@ -184,12 +184,34 @@ def test_coverage_needs_300_scans_with_a_pile() -> None:
     def verdicts(good: int, bad: int) -> set[str]:
         whole = (outcome("bay", held),) * good + (outcome("bay", not_held),) * bad
         found = goals(Evaluation((*whole, outcome("bare-floor")), (), ()))
-        return {goal.verdict for goal in found if goal.what.startswith("u95")}
+        overall = ("u95 holds the truth, each pile", "u95 holds the truth, total")
+        return {goal.verdict for goal in found if goal.what in overall}
 
     assert verdicts(285, 15) == {"reached"}
     assert verdicts(284, 15) == {"too few"}
     # An uncertainty that always holds is too large.
     assert verdicts(300, 0) == verdicts(270, 30) == {"missed"}
+
+
+def test_a_kind_of_120_piles_has_a_coverage_of_its_own() -> None:
+    held, not_held = PileOutcome(1.0, 1.1, 0.2), PileOutcome(1.0, 1.3, 0.2)
+
+    def verdicts(good: int, bad: int) -> dict[str, str]:
+        whole = (outcome("cut-face", held),) * good + (outcome("cut-face", not_held),) * bad
+        return {goal.what: goal.verdict for goal in goals(Evaluation(whole, (), ()))}
+
+    what = "u95 holds the truth, cut-face"
+    assert verdicts(110, 10)[what] == "reached"
+    assert verdicts(106, 14)[what] == verdicts(120, 0)[what] == "missed"
+    assert what not in verdicts(110, 9)
+
+
+def test_no_kind_is_to_be_worse_than_by_the_paper_s_method() -> None:
+    whole = (outcome("cut-face", PileOutcome(1.0, 1.02, 0.2)),)
+    for error, verdict in ((0.03, "reached"), (-0.01, "missed")):
+        paper = (outcome("cut-face", PileOutcome(1.0, 1 + error, 0.2)),)
+        found = {goal.what: goal for goal in goals(Evaluation(whole, (), (), paper))}
+        assert found["cut-face: no worse than the paper"].verdict == verdict
 
 
 def test_goals_name_scenes_that_are() -> None:
@@ -232,8 +254,59 @@ def test_scans_differ_by_seed_and_are_the_same_again(tiny: Evaluation) -> None:
 
 
 def test_scenes_drawn_at_random_are_scanned_more_often() -> None:
-    found = evaluate(["varied-tilted"], seeds=1, density=0.005)
-    assert [one.seed for one in found.whole] == [0, 1, 2, 3]
+    found = evaluate(["varied-tilted", "over-lamp", "body-01"], seeds=1, density=0.005)
+    assert [one.seed for one in found.whole] == [0, 1, 2, 3, 0, 1, 2, 3, 0]
+    # Kinds of several scenes come last.
+    assert found.kinds() == ["varied-tilted", "over-lamp", BODIES, "varied-*", "over-*"]
+    assert found.summaries()["over-*"] == found.summaries()["over-lamp"]
+
+
+def test_a_vessel_is_measured_with_its_floor_and_outline() -> None:
+    one = scan("vessel-truck", seed=1, density=0.02)
+    assert one.scene.vessel is not None
+    with given_with(one) as given:
+        (ring,) = json.loads(Path(given["outline"]).read_text())["coordinates"]
+        assert set(given) == {"outline", "base", "up"}
+    assert not Path(given["outline"]).exists()
+    corners_m = one.in_scene(np.array(ring))
+    np.testing.assert_allclose(corners_m[:-1, :2], one.scene.vessel.outline_m, atol=1e-9)
+    assert float(given["base"].removeprefix("height=")) == pytest.approx(ring[0][2])
+    found = evaluate(["vessel-truck"], seeds=1, density=0.02)
+    assert all(abs(one.piles[0].error) < 0.2 for one in found.whole)
+    with given_with(scan("shape-01", density=0.01)) as nothing:
+        assert nothing == {}
+
+
+def test_a_failure_names_no_folder_that_is_another_next_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(_: object, settings: Settings) -> None:
+        raise DivespotError(f"{settings.outline}: cannot be read")
+
+    monkeypatch.setattr("divespot.evaluate.simulated.measure", refuse)
+    found = evaluate(["vessel-bin"], seeds=1, density=0.005, paper=True)
+    assert {one.failure for one in found.whole} == {"outline.geojson: cannot be read"}
+    assert found.paper == ()
+
+
+def test_every_family_has_kinds() -> None:
+    assert kinds_of("levels-pit-alone") == ("levels-pit-alone", "levels-*")
+    assert kinds_of("cut-face") == ("cut-face",)
+    assert kinds_of("body-18") == (BODIES,)
+    assert kinds_of("three-piles") == ("three-piles",)
+
+
+def test_the_paper_s_method_measures_one_object_of_the_same_scans() -> None:
+    found = evaluate(["three-piles", "bare-floor"], seeds=1, density=0.05, paper=True)
+    three, bare = found.paper
+    (pile,) = three.piles
+    assert pile.truth_m3 == 0.035
+    # It lacks the toe below its margin.
+    assert -0.25 < pile.error < -0.01
+    assert three.points == found.whole[0].points
+    assert bare.piles == ()
+    assert found.paper_of_kind("three-piles").piles.count == 1
+    assert evaluate(["bare-floor"], seeds=1, density=0.05).paper == ()
 
 
 @pytest.mark.parametrize(
@@ -309,10 +382,11 @@ TINY = ("--scenes", "shape-16,sharp-box", "--seeds", 1, "--density", 0.02, "--jo
 
 
 def test_the_command_prints_every_table(scans: Path) -> None:
-    result = command(*TINY, "--scans", scans)
+    result = command(*TINY, "--paper", "--scans", scans)
     assert result.exit_code == 0, result.output
     for text in (
         "Errors of the piles in %",
+        "`Settings()` beside `Settings.paper()`, in %",
         "18 shapes",
         "sharp-box",
         "all, total",

@@ -11,8 +11,9 @@ import pytest
 import divespot
 from divespot import Report
 from divespot.simulate import SimulatedScan, scan, scene_named
-from divespot.simulate.scene import Box, Person, Pile, Rod, Scene, Thing, Wall
+from divespot.simulate.scene import Pile, Scene
 from divespot.simulate.shapes import RAIL_CAMERAS
+from divespot.simulate.things import Box, Person, Rod, Thing, Wall
 
 FEW = 0.1
 """Share of a scene's points: seconds become tenths of a second."""

@@ -103,7 +103,7 @@ def test_the_keys_are_those_of_the_contract() -> None:
     }
     assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
     assert set(report["ground"]) == {
-        *("normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction")
+        *("normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction", "up_from")
     }
     for pile in report["piles"]:
         assert set(PILE_KEYS) <= set(pile)

@@ -28,6 +28,7 @@ from divespot.simulate import (
     scan,
     scene_named,
 )
+from divespot.simulate.families import FAMILIES
 from divespot.simulate.terrain import terrain
 
 QUIET = Camera(
@@ -359,7 +360,7 @@ def test_bad_input_is_named(make: object, sentence: str) -> None:
 
 
 def test_every_name_is_a_scene_of_its_own() -> None:
-    assert len(NAMES) == 41
+    assert len(NAMES) == 34 + len(FAMILIES)
     shapes = [scene_named(f"shape-{i:02d}") for i in range(1, 19)]
     volumes = [shape.piles[0].volume_m3 for shape in shapes]
     assert (

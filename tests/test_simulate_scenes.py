@@ -12,26 +12,30 @@ from divespot.simulate import GROUND, NAMES, STRAY, THING, SimulatedScan, scan, 
 from divespot.simulate.terrain import terrain
 from divespot.simulate.varied import REACH, VARIED
 
+FEW_BODIES = ("body-01", "body-17")
+TRIED = [name for name in NAMES if not name.startswith("body-") or name in FEW_BODIES]
+
 
 @cache
 def taken(name: str) -> SimulatedScan:
     return scan(name, seed=1, density=0.02)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", TRIED)
 def test_scene_gives_points_and_truth(name: str) -> None:
     one = taken(name)
-    assert 2000 < len(one.points) < 60000
+    few = name == "scan-few"
+    assert (500 if few else 2000) < len(one.points) < 60000
     assert np.all(np.isfinite(one.points))
     assert one.points.dtype == np.float64
     assert len(one.volumes_m3) == len(one.scene.piles)
     assert all(np.isfinite(v) and v > 0 for v in one.volumes_m3)
     for number in range(1, len(one.volumes_m3) + 1):
-        assert np.count_nonzero(one.labels == number) > 60
-    assert np.count_nonzero(one.labels == GROUND) > 500
+        assert np.count_nonzero(one.labels == number) > 50
+    assert np.count_nonzero(one.labels == GROUND) > (300 if few else 500)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", TRIED)
 def test_volumes_are_as_asked_unless_piles_touch(name: str) -> None:
     one = taken(name)
     asked = [pile.volume_m3 for pile in one.scene.piles]

@@ -1,5 +1,5 @@
 from collections.abc import Sequence
-from typing import Any, Final, TypeAlias, final
+from typing import Any, Final, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ __all__ = [
     "height_map",
     "hills",
     "integrate",
+    "leveling",
     "measure_difference",
     "measure_inside",
     "measure_objects",
@@ -30,10 +31,13 @@ __all__ = [
     "surface_mask",
     "surface_points",
     "survey",
+    "unevenness_of_rays",
     "voxel_downsample",
 ]
 
 __version__: Final[str]
+
+_UpFrom: TypeAlias = Literal["given", "sensor", "small tilt", "nothing below"]
 
 def hdbscan(
     points: NDArray[Any],
@@ -77,9 +81,17 @@ def find_ground(
     threshold_m: float,
     hypotheses: int,
     cone: tuple[Sequence[float], float] | None,
+    sensor: Sequence[float] | None,
+    z: str,
     seed: int,
     threads: int,
-) -> tuple[tuple[tuple[float, float, float], float, int, float], NDArray[np.float64]]: ...
+) -> tuple[tuple[tuple[float, float, float], float, int, float], _UpFrom, bool]: ...
+def leveling(
+    points: NDArray[Any], normal: Sequence[float], threads: int
+) -> NDArray[np.float64]: ...
+def unevenness_of_rays(
+    points: NDArray[Any], place: Sequence[float], seed: int, threads: int
+) -> float | None: ...
 def fit_plane(
     points: NDArray[Any],
     threshold_m: float,
@@ -104,7 +116,9 @@ class RawHeightMap:
     @property
     def origin_m(self) -> tuple[float, float]: ...
 
-def height_map(points: NDArray[Any], cell_m: float, triangulated: bool) -> RawHeightMap: ...
+def height_map(
+    points: NDArray[Any], cell_m: float, triangulated: bool, mask: NDArray[np.bool_] | None
+) -> RawHeightMap: ...
 def integrate(
     heights_above_base_m: NDArray[np.float64], cell_m: float
 ) -> tuple[float, float, float]: ...

@@ -13,8 +13,8 @@ from divespot.base_name import PLAIN, BaseName
 from divespot.errors import DivespotError
 from divespot.io import write
 from divespot.kernels import ground_height
-from divespot.pose import STEEPEST_DEG, upward
 from divespot.settings import given
+from divespot.up import STEEPEST_DEG, upward
 
 if TYPE_CHECKING:
     import os

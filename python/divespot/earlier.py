@@ -21,6 +21,7 @@ from divespot.settings import Settings, given
 from divespot.spacing import Survey, take_survey
 from divespot.strays import drop_strays
 from divespot.surface import Surface, find_surface
+from divespot.up import SMALL_TILT_DEG
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -72,13 +73,14 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
     found = read(name.path)
     in_metres = found.points if found.unit_stated else found.points * UNITS[cloud.source.unit]
     points, origin, _, _ = _native.seen(in_metres, settings.threads)
+    points = points + (np.array(origin) - cloud.origin_m)
     try:
         scan, own = take_survey(points, _own(settings))
         points = points if settings.radius_m == 0.0 else radius_filter(points, own)
-        points, scan, own = drop_strays(points, scan, own)
+        points, scan, own = drop_strays(points, scan, cloud, own)
     except DivespotError as error:
         raise DivespotError(f"{name.path}: {error}") from None
-    return Earlier(name.path, points + (np.array(origin) - cloud.origin_m), scan, own)
+    return Earlier(name.path, points, scan, own)
 
 
 def _own(settings: Settings) -> Settings:
@@ -88,43 +90,44 @@ def _own(settings: Settings) -> Settings:
 
 
 def common_pose(
-    points: NDArray[np.float64], scan: Survey, earlier: Earlier | None, settings: Settings
+    points: NDArray[np.float64],
+    scan: Survey,
+    earlier: Earlier | None,
+    cloud: Cloud,
+    settings: Settings,
 ) -> Pose:
     """Return the pose of the earlier scan, if there is one, else that of the scan.
 
     Of an empty bin the level floor is in view, of a filled one only what lies in it. An empty floor
     alone does not tell on which side of it up is; what the scan shows on it does.
     """
-    pose = find_pose(points, scan, settings)
+    pose = find_pose(points, scan, cloud, settings)
     if earlier is None or not settings.level:
         return pose
-    other = _pose(earlier, pose)
-    along = float(np.dot(pose.plane.normal, other.plane.normal))
-    if along < 0.0 and other.plane.inliers > BARE_SHARE * len(earlier.points):
+    other = find_pose(earlier.points, earlier.scan, cloud, earlier.settings)
+    if _is_better(pose, other):
+        return pose
+    bare = other.plane.inliers > BARE_SHARE * len(earlier.points)
+    if bare and np.dot(pose.plane.normal, other.plane.normal) < 0.0:
         other = _turned_over(other)
     near = np.abs(other.plane.heights_m(points)) <= given(settings.plane_threshold_m)
     plane = dataclasses.replace(other.plane, inliers=int(near.sum()))
-    return dataclasses.replace(other, plane=plane)
+    return dataclasses.replace(other, plane=plane, warnings=pose.warnings)
 
 
-def _pose(earlier: Earlier, pose: Pose) -> Pose:
-    """Return an earlier scan's pose.
-
-    Where it does not agree with the scan's, one of them lies on a wall: not the one nearer to z.
-    """
-    other = find_pose(earlier.points, earlier.scan, earlier.settings)
-    normal = pose.plane.normal
-    along = abs(float(np.dot(normal, other.plane.normal)))
-    if along > math.cos(math.radians(WALL_DEG)) or abs(other.plane.normal[2]) > abs(normal[2]):
-        return other
-    up = ",".join(repr(v) for v in normal)
-    return find_pose(earlier.points, earlier.scan, earlier.settings.changed(up=up))
+def _is_better(pose: Pose, earlier: Pose) -> bool:
+    """Return whether the scan's own pose is: it alone is level, or the earlier one is a wall's."""
+    own, other = (min(p.tilt_deg, 180.0 - p.tilt_deg) for p in (pose, earlier))
+    along = abs(float(np.dot(pose.plane.normal, earlier.plane.normal)))
+    apart = along < math.cos(math.radians(WALL_DEG))
+    return own < other and (own <= SMALL_TILT_DEG or apart)
 
 
 def _turned_over(pose: Pose) -> Pose:
     x, y, z = pose.plane.normal
     plane = dataclasses.replace(pose.plane, normal=(-x, -y, -z), offset_m=-pose.plane.offset_m)
-    return Pose(plane, rotation_to_z(plane.normal), 180.0 - pose.tilt_deg)
+    rotation = rotation_to_z(plane.normal)
+    return dataclasses.replace(pose, plane=plane, rotation=rotation, tilt_deg=180.0 - pose.tilt_deg)
 
 
 def map_earlier(

@@ -13,10 +13,12 @@ from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.report import Source
+from divespot.sensor import sensor_place
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from divespot.report import Position
     from divespot.settings import Settings
 
 FEWEST = 10
@@ -26,12 +28,18 @@ SMALLEST_M = 1e-6
 
 @dataclass(frozen=True)
 class Cloud:
-    """Finite points in metres relative to `origin_m`, and where they came from."""
+    """Finite points in metres relative to `origin_m`, and where they came from.
+
+    z is up in a `projected` system. `sensor_m` is where the sensor stood, in the scan's frame and
+    in metres, where that is known.
+    """
 
     points: NDArray[np.float64]
     origin_m: NDArray[np.float64]
     source: Source
     warnings: tuple[str, ...]
+    projected: bool = False
+    sensor_m: Position | None = None
 
 
 def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Cloud:
@@ -61,23 +69,26 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
     described = Source(scan.path, *counts, scan.unit, scan.crs)
-    return Cloud(points, np.array(origin), described, warnings)
+    place = sensor_place(scan, points, origin, settings)
+    return Cloud(points, np.array(origin), described, warnings, scan.projected, place)
 
 
 def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
     if isinstance(source, str | os.PathLike):
         return read(source, unit=settings.unit)
     array = as_floats("points", source)
-    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
+    if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":
         raise DivespotError(
-            f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) and numbers "
-            "are needed"
+            f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) or (h, w, 3) "
+            "and numbers are needed"
         )
+    raster = array.shape[:2] if array.ndim == 3 and min(array.shape[:2]) > 1 else None
+    array = array.reshape(-1, 3)
     unit = "m" if settings.unit == "auto" else settings.unit
     if unit not in UNITS:
         raise DivespotError(f"unit is {unit!r}: one of {', '.join(UNITS)} is needed")
     points = array if UNITS[unit] == 1.0 else array * np.float64(UNITS[unit])
-    return Scan(points, None, unit, unit_stated=True, crs=None, warnings=())
+    return Scan(points, None, unit, unit_stated=True, crs=None, warnings=(), raster=raster)
 
 
 def crop(cloud: Cloud, settings: Settings) -> Cloud:

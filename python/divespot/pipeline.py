@@ -49,7 +49,8 @@ def measure(
     ----------
     source
         The path of a scan (PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY, NPZ), or points of shape
-        ``(n, 3)`` in metres. Points that are not finite or all zero are dropped and counted.
+        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres. Points that are not
+        finite or all zero are dropped and counted.
     settings
         What to do; by default `Settings()`, where every length follows from the scan.
     on_stage
@@ -78,9 +79,9 @@ def measure(
     points = run("radius filter", radius_filter, cloud.points, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
-    points, scan, s = run("strays", drop_strays, points, scan, s)
+    points, scan, s = run("strays", drop_strays, points, scan, cloud, s)
     before = run("earlier scan", read_earlier, cloud, s)
-    pose = run("pose", common_pose, points, scan, before, s)
+    pose = run("pose", common_pose, points, scan, before, cloud, s)
     points = run("rotation", pose.level, points, s.threads)
     surface = run("surface", find_surface, points, scan, s)
     grid = run("height map", map_heights, surface, s)
@@ -110,6 +111,7 @@ def measure(
         warnings=(
             *cloud.warnings,
             *run.warnings,
+            *pose.warnings,
             *unknown(base_m, measured.base_m),
             *doubts(piles, others, pose, len(points), s),
         ),

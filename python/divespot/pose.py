@@ -10,27 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot.errors import DivespotError
-from divespot.plane import Plane, cone, rotation_to_z
+from divespot.plane import Plane
 from divespot.report import Ground
 from divespot.settings import given
+from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up, Z, angle_deg, upward
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from divespot.intake import Cloud
     from divespot.objects import GroundLevel
-    from divespot.report import Position
+    from divespot.report import Position, UpFrom
     from divespot.settings import Settings
     from divespot.spacing import Survey
-
-#: Half of the flattest angle of repose: ground is no steeper.
-GENTLE_DEG = 7.5
-
-#: Beyond this angle to the ground's normal, a direction is no upward one.
-STEEPEST_DEG = 60.0
-
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass(frozen=True)
@@ -38,12 +30,15 @@ class Pose:
     """How the ground lies in the scan.
 
     A point p of the cloud is at ``rotation @ p - (0, 0, offset_m)`` in the level frame, where the
-    ground is z = 0 and up is +z.
+    ground is z = 0 and up is +z. `tilt_deg` is the angle between z, or the given up, and the plane
+    that fits the ground, which in a projected coordinate system is not laid level.
     """
 
     plane: Plane
     rotation: NDArray[np.float64]
     tilt_deg: float
+    up_from: UpFrom
+    warnings: tuple[str, ...] = ()
 
     def level(self, points: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
         """Return points of the cloud in the level frame."""
@@ -57,47 +52,18 @@ class Pose:
         return np.asarray(raised @ self.rotation)
 
 
-def parse_up(up: str) -> tuple[float, float, float] | None:
-    """Return the direction that `up` names; None for auto.
-
-    Raises
-    ------
-    DivespotError
-        The text is none of auto, x, y, z, -x, -y, -z and a,b,c.
-
-    """
-    if up == "auto":
-        return None
-    if up.lstrip("+-") in AXES and len(up) <= 2:
-        sign = -1.0 if up.startswith("-") else 1.0
-        x, y, z = AXES[up.lstrip("+-")]
-        return sign * x, sign * y, sign * z
-    try:
-        x, y, z = (float(part) for part in up.split(","))
-    except ValueError:
-        raise DivespotError(
-            f"up is {up!r}: auto, x, y, z, -x, -y, -z or three numbers a,b,c are needed"
-        ) from None
-    return x, y, z
-
-
-def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
-    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
-    asked = parse_up(up)
-    if asked is not None:
-        return np.asarray(np.array(asked) / np.linalg.norm(asked))
-    along = np.asarray(normal)
-    nearest = int(np.abs(along).argmax())
-    return np.asarray(np.copysign(1.0, along[nearest]) * np.array([*AXES.values()])[nearest])
-
-
-def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -> Pose:
+def find_pose(
+    points: NDArray[np.float64], survey: Survey, cloud: Cloud, settings: Settings
+) -> Pose:
     """Find the ground plane and the rotation that lays it level.
 
-    Of several planes the one is taken that has (nearly) nothing below it and on which something
-    slopes as bulk material does; see the core's ``ground`` module. The paper takes the largest,
-    which may be a wall. Inside an outline above a given height, or where only slopes were seen of
-    what stands above it, level is what is upright to the direction that the height is along.
+    Which way is up follows from evidence (see `divespot.up`). In a projected coordinate system it
+    is z, and nothing is turned: a pit or a terrace would tilt a plane. Elsewhere the ground's own
+    plane is laid level; of several the one that has (nearly) nothing below it and on which
+    something slopes as bulk material does; see the core's ``ground`` module. The paper takes the
+    largest, which may be a wall. Inside an outline above a given height, or where only slopes
+    were seen of what stands above it, level is what is upright to the direction that the height is
+    along.
 
     Raises
     ------
@@ -105,36 +71,47 @@ def find_pose(points: NDArray[np.float64], survey: Survey, settings: Settings) -
         No plane goes through the points, or none that is level enough.
 
     """
-    up = parse_up(settings.up)
+    evidence = Evidence.of(survey, cloud, settings)
+    threshold_m = given(settings.plane_threshold_m)
     if not settings.level:
-        return _as_it_is(points, up or AXES["z"], given(settings.plane_threshold_m))
-    parts, rotation = _native.find_ground(
+        return _as_it_is(points, evidence.asked or Z, threshold_m)
+    parts, found_from, doubted = _native.find_ground(
         points,
         survey.at_m,
         survey.normals,
-        given(settings.plane_threshold_m),
+        threshold_m,
         settings.hypotheses,
-        cone(up, settings.max_tilt_deg),
+        evidence.cone(settings.max_tilt_deg),
+        evidence.sensor_m,
+        evidence.z,
         settings.seed,
         settings.threads,
     )
-    plane = Plane(*parts)
-    tilt_deg = _angle_deg(plane.normal, up or AXES["z"])
-    steep = up is not None and GENTLE_DEG < tilt_deg <= STEEPEST_DEG
-    if settings.base.startswith("height=") and (steep or settings.outline is not None):
-        plane = _upright(plane, points, settings)
-        rotation = rotation_to_z(plane.normal)
-    return Pose(plane, rotation, tilt_deg)
+    fitted = Plane(*parts)
+    plane = _upright(fitted, points, evidence, settings)
+    rotation = _native.leveling(points, plane.normal, settings.threads)
+    up = Up(evidence, plane, found_from, doubted=doubted)
+    tilt_deg = angle_deg(fitted.normal, evidence.asked or Z)
+    return Pose(plane, rotation, tilt_deg, up.source, up.conflicts(threshold_m))
 
 
-def _upright(plane: Plane, points: NDArray[np.float64], settings: Settings) -> Plane:
-    """Return the plane across up through the middle of a plane's points.
+def _upright(
+    plane: Plane, points: NDArray[np.float64], evidence: Evidence, settings: Settings
+) -> Plane:
+    """Return the plane across up through the middle of a plane's points, where up is exact.
 
-    The sides of a prism are as high as the base is deep: they must run along the base's normal.
+    So it is in a projected system; and the sides of a prism are as high as the base is deep: they
+    must run along the base's normal.
     """
+    asked = evidence.asked
+    steep = asked is not None and LEVEL_DEG < angle_deg(plane.normal, asked) <= STEEPEST_DEG
+    prisms = settings.base.startswith("height=") and (steep or settings.outline is not None)
+    is_exact = evidence.is_exact(plane, len(points))
+    if not (is_exact or prisms):
+        return plane
+    x, y, z = Z if is_exact else upward(plane.normal, settings.up).tolist()
     near = np.abs(plane.heights_m(points)) <= given(settings.plane_threshold_m)
-    x, y, z = upward(plane.normal, settings.up).tolist()
-    offset_m = float(points[near].mean(axis=0) @ (x, y, z))
+    offset_m = float(np.median(points[near] @ (x, y, z)))
     return dataclasses.replace(plane, normal=(x, y, z), offset_m=offset_m)
 
 
@@ -147,16 +124,12 @@ def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> 
     near = off[off <= threshold_m]
     x, y, z = rotation[2].tolist()
     plane = Plane((x, y, z), offset, len(near), math.sqrt(float((near * near).mean())))
-    return Pose(plane, rotation, 0.0)
+    return Pose(plane, rotation, 0.0, "given")
 
 
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
     """Describe the ground in the scan's own frame, in metres."""
     normal = pose.plane.normal
     offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
-    return Ground(normal, offset, pose.tilt_deg, ground.noise_m, pose.plane.inliers / points)
-
-
-def _angle_deg(a: Position, b: Position) -> float:
-    cosine = np.dot(a, b) / np.linalg.norm(b)
-    return math.degrees(math.acos(min(1.0, max(-1.0, float(cosine)))))
+    share = pose.plane.inliers / points
+    return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)

@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from divespot.mass import mass_kg
 
@@ -29,6 +29,8 @@ COVERAGE = 2.0
 COMMON = ("registration_m3", "base_m3", "scale_m3")
 
 Position = tuple[float, float, float]
+
+UpFrom = Literal["given", "sensor", "coordinate system", "small tilt", "nothing below"]
 
 
 @dataclass(frozen=True)
@@ -139,8 +141,12 @@ class Total:
 class Ground:
     """The plane of the ground, ``normal @ p == offset_m`` in metres in the scan's frame.
 
-    `roughness_m` is the standard deviation of the ground's cells about it, `inlier_fraction` the
-    share of the points within the plane's threshold.
+    The normal is up. `up_from` says why: given, sensor (which cannot see a floor from below),
+    coordinate system (a projected one, where z is up and the plane is level), small tilt (a floor
+    lies all but level in the scan's own frame), nothing below (the scan lies on this side).
+    `tilt_deg` is the angle between z, or the given up, and the normal of the plane that fits the
+    ground. `roughness_m` is the standard deviation of the ground's cells about it,
+    `inlier_fraction` the share of the points within the plane's threshold.
     """
 
     normal: Position
@@ -148,6 +154,7 @@ class Ground:
     tilt_deg: float
     roughness_m: float
     inlier_fraction: float
+    up_from: UpFrom
 
 
 @dataclass(frozen=True)

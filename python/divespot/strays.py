@@ -12,12 +12,13 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from divespot.intake import Cloud
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
 
 def drop_strays(
-    points: NDArray[np.float64], found: Survey, settings: Settings
+    points: NDArray[np.float64], found: Survey, cloud: Cloud, settings: Settings
 ) -> tuple[NDArray[np.float64], Survey, Settings]:
     """Drop points off the surface where points are few, and survey what is left.
 
@@ -28,7 +29,7 @@ def drop_strays(
     if settings.surface == "cells":
         return points, found, settings
     rough = settings.flattened(flatness(found, settings))
-    pose = find_pose(points, found, rough)
+    pose = find_pose(points, found, cloud, rough)
     level = pose.level(points, settings.threads)
     kept = points.compress(_native.surface_mask(level, settings.threads), axis=0)
     again = survey(kept, seed=settings.seed, threads=settings.threads)

@@ -36,7 +36,7 @@ SCHEMA = "divespot.evaluation/1"
     type=click.IntRange(min=1),
     default=5,
     show_default=True,
-    help="scans of each scene; those called varied are scanned 4 times as often",
+    help="scans of each scene; those of families are scanned 4 times as often",
 )
 @click.option(
     "--first-seed",
@@ -51,6 +51,11 @@ SCHEMA = "divespot.evaluation/1"
     default=1.0,
     show_default=True,
     help="points wanted of each simulated scan, relative to the scene's own",
+)
+@click.option(
+    "--paper",
+    is_flag=True,
+    help="measure each simulated scan by the paper's method as well, and compare by kind",
 )
 @jobs_option
 @click.option(
@@ -72,6 +77,7 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     seeds: int,
     first_seed: int,
     density: float,
+    paper: bool,  # noqa: FBT001 - click's call
     jobs: int,
     out: str | None,
     json_file: IO[str] | None,
@@ -93,6 +99,7 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
             first_seed=first_seed,
             density=density,
             scans=scans,
+            paper=paper,
             jobs=jobs,
             folder=out,
             on_round=on_round,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from divespot.cli.tables import plain_table
 from divespot.evaluate import Summary, goals
-from divespot.evaluate.evaluation import THINNED_AREA_M2, has_points, kinds_of
+from divespot.evaluate.evaluation import GROUPS, THINNED_AREA_M2, has_points, kinds_of
 from divespot.evaluate.goals import COMPRESSION
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
         yield "Errors of the piles in %, by kind of scene", kinds_table(evaluation)
         if (remarks := remarks_table(evaluation)).row_count:
             yield "What went wrong", remarks
+    if evaluation.paper:
+        yield "`Settings()` beside `Settings.paper()`, in %", paper_table(evaluation)
     if evaluation.thinned:
         yield (
             "Errors of the paper's shapes in %, thinned (the goals go by those of 5.2 m²)",
@@ -41,16 +43,44 @@ def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
 def kinds_table(evaluation: Evaluation) -> Table:
     """Return a row for each kind of scene, and one for all.
 
-    right: scans where every pile was found and nothing else called one; held: share of the piles
-    whose truth lies within u95; u95: its median, as a share of the volume.
+    right: the scans, of all, where every pile was found and nothing else called one; held: share
+    of the piles whose truth lies within u95; u95: its median, as a share of the volume.
     """
-    table = plain_table("scene", "scans", "right", "mean", "largest", "bias", "held", "u95")
+    names = ("scene", "right", "piles", "mean", "largest", "bias", "held", "u95")
+    table, grouped = plain_table(*names), False
     for kind, summary in evaluation.summaries().items():
+        if kind in GROUPS.values() and not grouped:
+            table.add_section()
+            grouped = True
         table.add_row(kind, *_counts(summary), *_figures(summary.piles))
     table.add_section()
     everything = Summary.of(evaluation.whole)
     table.add_row("all, each pile", *_counts(everything), *_figures(everything.piles))
-    table.add_row("all, total", "", "", *_figures(everything.total))
+    table.add_row("all, total", "", str(everything.total.count), *_figures(everything.total))
+    return table
+
+
+def paper_table(evaluation: Evaluation) -> Table:
+    """Return a row for each kind of scene: the default's errors, then the paper's method's.
+
+    That method measures one object, which is held against the largest pile of a scan. Its
+    compensation factor, which makes up for the toe that it cuts off, is 1 here.
+    """
+    table = plain_table("scene", "piles", "mean", "largest", "paper: piles", "mean", "largest")
+    for kind, summary in evaluation.summaries().items():
+        paper = evaluation.paper_of_kind(kind)
+        if not paper.piles.count:
+            continue
+        cells = [
+            cell
+            for errors in (summary.piles, paper.piles)
+            for cell in (
+                str(errors.count),
+                _percent(errors.mean_error),
+                _percent(errors.largest_error),
+            )
+        ]
+        table.add_row(kind, *cells)
     return table
 
 
@@ -145,7 +175,7 @@ def _real_rows(one: Outcome) -> Iterator[list[str]]:
 
 
 def _counts(summary: Summary) -> list[str]:
-    return [str(summary.scans), str(summary.right)]
+    return [f"{summary.right}/{summary.scans}", str(summary.piles.count)]
 
 
 def _figures(errors: ErrorStatistics) -> list[str]:

@@ -21,12 +21,12 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
     if not value:
         return
     from divespot.simulate import NAMES, scene_named  # noqa: PLC0415 - slow to import
-    from divespot.simulate.varied import VARIED  # noqa: PLC0415 - as above
+    from divespot.simulate.families import FAMILIES  # noqa: PLC0415 - as above
 
     for name in NAMES:
         volumes = " + ".join(f"{pile.volume_m3:g}" for pile in scene_named(name).piles)
         told = f"{volumes} m3" if volumes else "no pile"
-        click.echo(f"{name:<16} {'drawn by the seed' if name in VARIED else told}")
+        click.echo(f"{name:<18} {'drawn by the seed' if name in FAMILIES else told}")
     ctx.exit()
 
 

@@ -5,50 +5,57 @@ from __future__ import annotations
 import fnmatch
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 from divespot.errors import DivespotError
-from divespot.evaluate.known import KnownRound, measure_known, read_list
+from divespot.evaluate.known import measure_known, read_list
 from divespot.evaluate.rounds import run_rounds
 from divespot.evaluate.simulated import SimulatedRound, measure_simulated
 from divespot.evaluate.statistics import Summary
 from divespot.settings import Settings
 from divespot.simulate import NAMES
+from divespot.simulate.families import FAMILIES, OF_KIND
 from divespot.simulate.shapes import ROWS
-from divespot.simulate.varied import VARIED
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Sequence
 
     from divespot.evaluate.outcome import Outcome
-    from divespot.evaluate.rounds import Json
 
-R = TypeVar("R", SimulatedRound, KnownRound)
-
-SHAPES = "18 shapes"
-"""Kind of the scenes of the paper's shapes."""
+SHAPES, BODIES = "18 shapes", "18 shapes, body over"
+"""Kinds of the scenes of the paper's shapes, and of those with somebody leaning over the pile."""
+GROUPS = {kind: f"{kind}-*" for kind in OF_KIND if kind not in {"body", "cut"}}
+"""Names for all scenes of a kind of family together: the pattern that they are chosen by."""
 VOXELS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 """Edges of the voxels that the paper's shapes are thinned with (paper, compression table)."""
 THINNED_AREA_M2 = 5.2
 """Area of the shapes of the paper's compression table: 2.03 % at full density is the error of
 these. The smaller ones are left with four points a pile."""
 VARIED_TIMES = 4
-"""Scans of a scene drawn at random for one of a scene of one kind."""
+"""Scans of a scene drawn at random for one of a scene of one kind; the paper's shapes are many."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What came of all scans: simulated ones as they are, the same thinned, and real ones."""
+    """What came of all scans: simulated ones as they are, the same thinned, and real ones.
+
+    `paper` holds what the paper's method made of the first, where it was asked.
+    """
 
     whole: tuple[Outcome, ...]
     thinned: tuple[Outcome, ...]
     real: tuple[Outcome, ...]
+    paper: tuple[Outcome, ...] = ()
 
     def summaries(self) -> dict[str, Summary]:
-        """Return the summary of each kind among the whole scans, in the order of the scenes."""
+        """Return the summary of each kind among the whole scans."""
+        return {kind: Summary.of(self.of_kind(kind)) for kind in self.kinds()}
+
+    def kinds(self) -> list[str]:
+        """Return the kinds among the whole scans in their order, those of several scenes last."""
         kinds = dict.fromkeys(kind for one in self.whole for kind in kinds_of(one.scene))
-        return {kind: Summary.of(self.of_kind(kind)) for kind in kinds}
+        return sorted(kinds, key=lambda kind: kind in GROUPS.values())
 
     def thinned_to(self, voxel_m: float) -> list[Outcome]:
         """Return the outcomes of the shapes thinned with voxels of this edge."""
@@ -58,6 +65,10 @@ class Evaluation:
         """Return the outcomes of the whole scans of a kind (`kinds_of`)."""
         return [one for one in self.whole if kind in kinds_of(one.scene)]
 
+    def paper_of_kind(self, kind: str) -> Summary:
+        """Return the summary of what the paper's method made of a kind."""
+        return Summary.of([one for one in self.paper if kind in kinds_of(one.scene)])
+
 
 def has_points(one: Outcome) -> bool:
     """Return whether a thinned shape is one of those in the paper's compression table."""
@@ -65,10 +76,13 @@ def has_points(one: Outcome) -> bool:
 
 
 def kinds_of(scene: str) -> tuple[str, ...]:
-    """Return the kinds that a scene counts among: its own name, or the paper's shapes."""
+    """Return the kinds that a scene counts among: its own name or that of the shapes, its group."""
     if scene in ROWS:
         return (SHAPES, f"shapes, {ROWS[scene][0]} m²")
-    return (scene,)
+    if scene in OF_KIND["body"]:
+        return (BODIES,)
+    group = (GROUPS[kind] for kind, names in OF_KIND.items() if kind in GROUPS and scene in names)
+    return (scene, *group)
 
 
 def evaluate(  # noqa: PLR0913 - what there is to choose
@@ -79,6 +93,7 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
     density: float = 1.0,
     scans: str | os.PathLike[str] | None = None,
     settings: Settings | None = None,
+    paper: bool = False,
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     on_round: Callable[[int, int], None] | None = None,
@@ -100,6 +115,8 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
         A list of real scans (`divespot.evaluate.read_list`).
     settings
         Settings of the measurement; `Settings()` unless given.
+    paper
+        Measure the simulated scans by the paper's method as well.
     jobs, folder
         Processes, and where finished rounds are kept (`divespot.evaluate.run_rounds`).
     on_round
@@ -116,9 +133,11 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
     chosen = settings or Settings()
     names = _names(("*",) if scenes is None and scans is None else scenes or ())
     simulated = [
-        SimulatedRound(name, seed, density, (0.0, *VOXELS_M) if name in ROWS else (0.0,), chosen)
+        SimulatedRound(
+            name, seed, density, (0.0, *VOXELS_M) if name in ROWS else (0.0,), chosen, paper
+        )
         for name in names
-        for seed in range(first_seed, first_seed + seeds * (VARIED_TIMES if name in VARIED else 1))
+        for seed in range(first_seed, first_seed + seeds * _times(name))
     ]
     known = [] if scans is None else read_list(scans, chosen)
     done = itertools.count(1)
@@ -127,13 +146,22 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
         if on_round is not None:
             on_round(next(done), len(simulated) + len(known))
 
-    measured = _outcomes(measure_simulated, simulated, jobs=jobs, folder=folder, on_done=tell)
-    real = _outcomes(measure_known, known, jobs=jobs, folder=folder, on_done=tell)
+    results = run_rounds(measure_simulated, simulated, jobs=jobs, folder=folder, on_done=tell)
+    measured = [one for r, kept in zip(simulated, results, strict=True) for one in r.outcomes(kept)]
+    by_paper = [one for r, kept in zip(simulated, results, strict=True) for one in r.paper_of(kept)]
+    results = run_rounds(measure_known, known, jobs=jobs, folder=folder, on_done=tell)
+    real = [one for r, kept in zip(known, results, strict=True) for one in r.outcomes(kept)]
     return Evaluation(
         whole=tuple(one for one in measured if one.voxel_m == 0.0),
         thinned=tuple(one for one in measured if one.voxel_m > 0.0),
         real=tuple(real),
+        paper=tuple(by_paper),
     )
+
+
+def _times(name: str) -> int:
+    """Return how often a scene is scanned for each seed asked for."""
+    return VARIED_TIMES if name in FAMILIES and name not in OF_KIND["body"] else 1
 
 
 def _names(patterns: Sequence[str]) -> list[str]:
@@ -144,12 +172,3 @@ def _names(patterns: Sequence[str]) -> list[str]:
                 f"there is no scene {pattern!r}: one of {', '.join(NAMES)} is needed"
             )
     return list(dict.fromkeys(name for names in found.values() for name in names))
-
-
-def _outcomes(
-    work: Callable[[R], Json],
-    rounds: Sequence[R],
-    **running: Any,  # noqa: ANN401 - the options of `run_rounds`
-) -> list[Outcome]:
-    results = run_rounds(work, rounds, **running)
-    return [one for r, result in zip(rounds, results, strict=True) for one in r.outcomes(result)]

@@ -8,8 +8,8 @@ import numpy as np
 
 from divespot.evaluate.outcome import Extra, PileOutcome
 from divespot.simulate import FLYING, GROUND, STRAY, THING
-from divespot.simulate.camera import foot_z_m
-from divespot.simulate.solids import solids_of
+from divespot.simulate.thing_solids import foot_z_m, solids_of
+from divespot.simulate.things import Hanging
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,6 +59,21 @@ def match(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome
     return piles, extras
 
 
+def one_pile(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome], list[Extra]]:
+    """Take the only object of a report, whatever it is called, for the largest pile.
+
+    So it is read where one object is measured, as in the paper.
+    """
+    objects = (*report.piles, *report.other_objects) if report else ()
+    if not taken.volumes_m3:
+        return [], [Extra(what_is_at(taken, found), found.volume_m3) for found in objects]
+    truth_m3 = max(taken.volumes_m3)
+    if not objects:
+        return [PileOutcome(truth_m3)], []
+    found = max(objects, key=lambda item: item.volume_m3)
+    return [PileOutcome(truth_m3, found.volume_m3, found.u95_m3)], []
+
+
 def _owners(taken: SimulatedScan, found: Sequence[Pile]) -> list[int]:
     """Return the number of the true pile under each centroid; 0 for none.
 
@@ -100,6 +115,6 @@ def _thing_at(taken: SimulatedScan, points: NDArray[np.float64]) -> str:
         for frame in range(taken.scene.camera.frames):
             for solid in solids_of(thing, frame, foot_z_m(thing, frame, taken.surface)):
                 count = int(solid.covers(points[:, 0], points[:, 1]).sum())
-                name = type(thing).__name__.lower()
+                name = thing.what if isinstance(thing, Hanging) else type(thing).__name__.lower()
                 covered[name] = max(covered.get(name, 0), count)
     return max(covered, key=lambda name: covered[name])

@@ -5,14 +5,17 @@ from __future__ import annotations
 import dataclasses
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from divespot.errors import DivespotError
-from divespot.evaluate.matching import match
+from divespot.evaluate.given import given_with
+from divespot.evaluate.matching import match, one_pile
 from divespot.evaluate.outcome import Outcome, PileOutcome
 from divespot.io import UNITS
 from divespot.kernels import voxel_downsample
 from divespot.pipeline import measure
+from divespot.settings import Settings
 from divespot.simulate import SimulatedScan, scan
 
 if TYPE_CHECKING:
@@ -20,22 +23,29 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.report import Report
-    from divespot.settings import Settings
 
 
 @dataclass(frozen=True)
 class SimulatedRound:
-    """A scan of a scene, measured once for each voxel edge in `voxels_m`; 0 is the scan itself."""
+    """A scan of a scene, measured once for each voxel edge in `voxels_m`; 0 is the scan itself.
+
+    With `paper`, the scan itself is measured by the paper's method as well.
+    """
 
     scene: str
     seed: int
     density: float
     voxels_m: tuple[float, ...]
     settings: Settings
+    paper: bool = False
 
     def outcomes(self, result: dict[str, Any]) -> list[Outcome]:
         """Return the outcomes in the result of `measure_simulated`."""
         return [Outcome.from_json(kept) for kept in result["outcomes"]]
+
+    def paper_of(self, result: dict[str, Any]) -> list[Outcome]:
+        """Return what the paper's method made of it, if it was asked."""
+        return [Outcome.from_json(kept) for kept in result["paper"]]
 
 
 def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
@@ -44,9 +54,17 @@ def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
         taken = scan(one.scene, seed=one.seed, density=one.density)
     except DivespotError as error:
         raise DivespotError(f"{one.scene}, seed {one.seed}: {error}") from None
-    settings = one.settings.changed(unit=_unit(taken))
-    outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
-    return {"outcomes": [dataclasses.asdict(outcome) for outcome in outcomes]}
+    with given_with(taken) as given:
+        settings = one.settings.changed(unit=_unit(taken), **given)
+        outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
+    paper = Settings.paper(unit=settings.unit, threads=settings.threads)
+    # The paper's method knows of no vessel.
+    known = one.paper and taken.scene.vessel is None
+    by_paper = [_measured(taken, 0.0, paper)] if known else []
+    return {
+        "outcomes": [dataclasses.asdict(outcome) for outcome in outcomes],
+        "paper": [dataclasses.asdict(outcome) for outcome in by_paper],
+    }
 
 
 def _unit(taken: SimulatedScan) -> str:
@@ -60,9 +78,9 @@ def _measured(taken: SimulatedScan, voxel_m: float, settings: Settings) -> Outco
     try:
         report = measure(points, settings)
     except DivespotError as error:
-        failure = str(error)
+        failure = _named_alike(str(error), settings.outline)
     seconds = time.perf_counter() - begin
-    piles, extras = match(taken, report)
+    piles, extras = (one_pile if settings.select == "largest" else match)(taken, report)
     return Outcome(
         scene=taken.scene.name,
         seed=taken.seed,
@@ -75,6 +93,11 @@ def _measured(taken: SimulatedScan, voxel_m: float, settings: Settings) -> Outco
         failure=failure,
         seconds=seconds,
     )
+
+
+def _named_alike(failure: str, outline: str | None) -> str:
+    """Return a failure without the folder of an outline, which is another in every run."""
+    return failure if outline is None else failure.replace(outline, Path(outline).name)
 
 
 def _total(taken: SimulatedScan, report: Report | None) -> PileOutcome | None:

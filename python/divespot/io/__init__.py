@@ -78,7 +78,17 @@ def _read(file: Path, unit: str) -> Scan:
         unit_stated=unit != "auto" or raw.unit is not None,
         crs=raw.crs,
         warnings=(*warnings, *raw.warnings, *said, *unit_warnings),
+        projected=raw.projected,
+        viewpoint_m=_place(raw, unit_used),
+        raster=raw.raster,
     )
+
+
+def _place(raw: RawCloud, unit: str) -> tuple[float, float, float] | None:
+    if raw.viewpoint is None:
+        return None
+    x, y, z = raw.viewpoint
+    return x * UNITS[unit], y * UNITS[unit], z * UNITS[unit]
 
 
 def _bytes_of(file: Path) -> bytes:

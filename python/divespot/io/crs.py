@@ -24,6 +24,8 @@ _EPSG_UNITS_M = {9001: 1.0, 9002: 0.3048, 9003: 1200.0 / 3937.0, 1025: 0.001, 10
 _USER_DEFINED = 32767
 # GeoTIFF has no key for the size of a user-defined vertical unit.
 _NO_KEY = -1
+# GTModelTypeGeoKey: 1 is a projected system, 2 a geographic, 3 a geocentric one.
+_PROJECTED_MODEL, _GEOGRAPHIC_MODEL = 1, 2
 
 
 @dataclass(frozen=True)
@@ -31,12 +33,14 @@ class Crs:
     """What a file says of its reference system.
 
     `unit` is that of x and y, `vertical_unit` that of z where it has its own. Both are keys of
-    `UNITS`, or `DEGREES`, or text that names a unit `UNITS` has not.
+    `UNITS`, or `DEGREES`, or text that names a unit `UNITS` has not. In a `projected` system z
+    is up.
     """
 
     text: str | None = None
     unit: str | None = None
     vertical_unit: str | None = None
+    projected: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,8 @@ class _Node:
 def crs_from_wkt(text: str) -> Crs:
     """Return the units that WKT (1 or 2) states; what is not WKT states none."""
     root = _parse_wkt(text)
-    return Crs(text, _horizontal_unit(root), _vertical_unit(root))
+    projected = _find(root, _PROJECTED) is not None
+    return Crs(text, _horizontal_unit(root), _vertical_unit(root), projected)
 
 
 def _parse_wkt(text: str) -> _Node:
@@ -116,12 +121,13 @@ def _unit_of_node(node: _Node) -> str | None:
 def crs_from_geokeys(keys: Mapping[int, int | float | str]) -> Crs:
     """Return what GeoTIFF keys state, given as key id to value."""
     projected, geographic = keys.get(3072, 0), keys.get(2048, 0)
-    is_geographic = keys.get(1024) == 2
+    is_geographic = keys.get(1024) == _GEOGRAPHIC_MODEL
     code = geographic if is_geographic else projected
     citation = keys.get(1026) or keys.get(3073)
     text = f"EPSG:{code}" if code not in (0, _USER_DEFINED) else citation
     unit = DEGREES if is_geographic else _geokey_unit(keys, 3076, 3077)
-    return Crs(str(text) if text else None, unit, _geokey_unit(keys, 4099, _NO_KEY))
+    vertical_unit = _geokey_unit(keys, 4099, _NO_KEY)
+    return Crs(str(text) if text else None, unit, vertical_unit, keys.get(1024) == _PROJECTED_MODEL)
 
 
 def _geokey_unit(keys: Mapping[int, int | float | str], code_key: int, size_key: int) -> str | None:

@@ -54,7 +54,7 @@ def read_las(data: bytes) -> RawCloud:
         if not isinstance(err, Exception) and type(err).__name__ != "PanicException":
             raise
         raise DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}")) from None
-    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text)
+    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text, projected=crs.projected)
 
 
 def _check_header(data: bytes) -> None:

@@ -21,12 +21,14 @@ if TYPE_CHECKING:
 # Deflate cannot do better than 1032 to 1.
 _DEFLATE_MAX_RATIO = 1032
 _POINTS_KEYS = ("points", "xyz", "arr_0")
+# Axes of an array of pixels, with x, y and z along the last one or as its fields.
+_PIXEL_AXES, _PIXEL_AXES_OF_FIELDS = 3, 2
 _SHAPES = "(n, 3 or more), (h, w, 3 or more), or a structured array with fields x, y, z"
 
 
 def read_npy(data: bytes) -> RawCloud:
     """Read an (n, >=3), (h, w, >=3) or structured x, y, z array."""
-    return RawCloud(_xyz(_load(data)))
+    return _raw(_load(data))
 
 
 def read_npz(data: bytes) -> RawCloud:
@@ -49,11 +51,18 @@ def read_npz(data: bytes) -> RawCloud:
     ) as err:
         raise DivespotError(f"not a readable NPZ file, truncated or corrupt ({err})") from None
     if len(arrays) == 1:
-        return RawCloud(_xyz(arrays[0]))
+        return _raw(arrays[0])
     columns = [_real(array).ravel() for array in arrays]
     if len({len(column) for column in columns}) != 1:
         raise DivespotError("its arrays x, y and z differ in size: need one size")
     return RawCloud(stack(columns))
+
+
+def _raw(array: NDArray[Any]) -> RawCloud:
+    """Return an array's points; an array of pixels has rows and columns."""
+    axes = _PIXEL_AXES if array.dtype.names is None else _PIXEL_AXES_OF_FIELDS
+    pixels = array.ndim == axes and min(array.shape[:2]) > 1
+    return RawCloud(_xyz(array), raster=array.shape[:2] if pixels else None)
 
 
 def _is_array(member: zipfile.ZipInfo) -> bool:

@@ -8,9 +8,11 @@ decompressed by python-neo-lzf.
 
 from __future__ import annotations
 
+import math
 import re
 import struct
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,6 +29,10 @@ _TYPES = {
 }
 # A back reference of 3 bytes yields at most 264 bytes.
 _LZF_MAX_RATIO = 88
+# The quaternion w, x, y, z of a sensor that is not turned.
+_NO_TURN = (1.0, 0.0, 0.0, 0.0)
+
+Place: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,8 @@ class _Header:
     encoding: str
     size: int
     lines: int
+    viewpoint: Place | None
+    raster: tuple[int, int] | None
 
     @property
     def stride(self) -> int:
@@ -59,7 +67,7 @@ class _Header:
 
 
 def read_pcd(data: bytes) -> RawCloud:
-    """Read x, y, z of a PCD file, in its own frame (VIEWPOINT is not applied)."""
+    """Read x, y, z of a PCD file, in its own frame (VIEWPOINT is not applied to them)."""
     header = _parse_header(data)
     readers = {
         "ascii": _read_ascii,
@@ -68,7 +76,8 @@ def read_pcd(data: bytes) -> RawCloud:
     }
     if header.encoding not in readers:
         raise DivespotError(f"PCD data is {header.encoding!r}: need one of {', '.join(readers)}")
-    return RawCloud(readers[header.encoding](data, header))
+    xyz = readers[header.encoding](data, header)
+    return RawCloud(xyz, viewpoint=header.viewpoint, raster=header.raster)
 
 
 def _parse_header(data: bytes) -> _Header:
@@ -79,7 +88,8 @@ def _parse_header(data: bytes) -> _Header:
     entries = {words[0]: words[1:] for words in map(str.split, lines) if words}
     try:
         fields = _parse_fields(entries)
-        shape = int(entries["WIDTH"][0]) * int(entries["HEIGHT"][0])
+        width, height = int(entries["WIDTH"][0]), int(entries["HEIGHT"][0])
+        shape = width * height
         points = int(entries["POINTS"][0]) if "POINTS" in entries else shape
     except (KeyError, IndexError, ValueError):
         raise DivespotError(
@@ -88,7 +98,19 @@ def _parse_header(data: bytes) -> _Header:
     if points != shape or points < 0:
         raise DivespotError(f"the PCD header says POINTS {points} but WIDTH x HEIGHT {shape}")
     _require_types(fields)
-    return _Header(fields, points, end[1].decode(), end.end(), len(lines) + 1)
+    place = _viewpoint(entries.get("VIEWPOINT", []))
+    raster = (height, width) if min(height, width) > 1 else None
+    return _Header(fields, points, end[1].decode(), end.end(), len(lines) + 1, place, raster)
+
+
+def _viewpoint(words: list[str]) -> Place | None:
+    """Return where the sensor stood; None of what writers say who do not know, or of nonsense."""
+    try:
+        x, y, z, *turn = (float(word) for word in words)
+    except ValueError:
+        return None
+    known = len(turn) == len(_NO_TURN) and (x, y, z, *turn) != (0.0, 0.0, 0.0, *_NO_TURN)
+    return (x, y, z) if known and all(map(math.isfinite, (x, y, z, *turn))) else None
 
 
 def _parse_fields(entries: dict[str, list[str]]) -> list[_Field]:

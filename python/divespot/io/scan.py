@@ -34,6 +34,12 @@ class Scan:
         The coordinate reference system in the file's own words: WKT, ``EPSG:<code>`` or a name.
     warnings : tuple of str
         What a user should know about the file, a sentence each.
+    projected : bool
+        Whether the reference system is a projected one, where z is up.
+    viewpoint_m : tuple of float or None
+        Where the file says that the sensor stood, in metres.
+    raster : tuple of int or None
+        Rows and columns, where the points are the pixels of a frame, row by row.
     """
 
     points: FloatArray
@@ -42,6 +48,9 @@ class Scan:
     unit_stated: bool
     crs: str | None
     warnings: tuple[str, ...]
+    projected: bool = False
+    viewpoint_m: tuple[float, float, float] | None = None
+    raster: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +65,10 @@ class RawCloud:
         it says nothing of its own about z.
     crs : str or None
     warnings : tuple of str
+    projected, raster
+        As of a `Scan`.
+    viewpoint : tuple of float or None
+        Where the sensor stood, in the file's numbers.
     """
 
     xyz: FloatArray
@@ -63,6 +76,9 @@ class RawCloud:
     vertical_unit: str | None = None
     crs: str | None = None
     warnings: tuple[str, ...] = ()
+    projected: bool = False
+    viewpoint: tuple[float, float, float] | None = None
+    raster: tuple[int, int] | None = None
 
 
 def stack(columns: Sequence[NDArray[Any]]) -> FloatArray:

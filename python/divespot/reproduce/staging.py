@@ -7,10 +7,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from divespot.simulate import scene_named
+from divespot.simulate.draw import stream
+from divespot.simulate.over import somebody_over
 from divespot.simulate.shapes import optical_pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    import numpy as np
 
     from divespot.simulate import Scene
 
@@ -21,6 +25,8 @@ BIAS_M = 0.010
 PLATEAUS_M = 0.015
 #: Lean of the scan's z for the experiment without pose correction: that of a rail hung by eye.
 LEAN_DEG = 1.0
+#: People who move over the heap, and how far from its middle at most, in radii of its cone.
+PEOPLE, AROUND = 2, 1.0
 #: A step of the floor itself.
 STEP_M = 0.03
 
@@ -34,6 +40,12 @@ def _leaning(scene: Scene) -> Scene:
     return replace(scene, pose=replace(scene.pose, roll_deg=LEAN_DEG, pitch_deg=0.0))
 
 
+def _with_people(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Let people move around and over the heap, each for a few frames."""
+    people = (somebody_over(scene, AROUND, rng) for _ in range(PEOPLE))
+    return replace(scene, things=(*scene.things, *people))
+
+
 def _plateaus(scene: Scene) -> Scene:
     return replace(scene, camera=replace(scene.camera, frame_bias_m=PLATEAUS_M))
 
@@ -42,13 +54,13 @@ def _stepped(scene: Scene) -> Scene:
     return replace(scene, floor=replace(scene.floor, step_m=STEP_M))
 
 
-STAGES: Mapping[str, Callable[[Scene], Scene]] = MappingProxyType(
+STAGES: Mapping[str, Callable[[Scene, np.random.Generator], Scene]] = MappingProxyType(
     {
-        "as it is": lambda scene: scene,
-        "from the lens": _from_lens,
-        "leaning": _leaning,
-        "plateaus": _plateaus,
-        "stepped": _stepped,
+        "as it is": lambda scene, _: scene,
+        "from the lens": lambda scene, _: _from_lens(scene),
+        "leaning, people": lambda scene, rng: _with_people(_leaning(scene), rng),
+        "plateaus": lambda scene, _: _plateaus(scene),
+        "stepped": lambda scene, _: _stepped(scene),
     }
 )
 """What is done to a scene, by name."""
@@ -56,4 +68,4 @@ STAGES: Mapping[str, Callable[[Scene], Scene]] = MappingProxyType(
 
 def staged(name: str, seed: int, stage: str) -> Scene:
     """Return a named scene, changed."""
-    return STAGES[stage](scene_named(name, seed))
+    return STAGES[stage](scene_named(name, seed), stream(seed, f"{name} {stage}"))

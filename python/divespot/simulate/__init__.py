@@ -7,9 +7,10 @@
 from divespot.simulate.camera import FLYING, GROUND, INVALID, STRAY, THING
 from divespot.simulate.pose import Pose
 from divespot.simulate.scan import SimulatedScan, scan
-from divespot.simulate.scene import Box, Camera, Floor, Person, Pile, Rod, Scene, Thing, Wall
+from divespot.simulate.scene import Camera, Floor, Pile, Scene
 from divespot.simulate.scenes import NAMES, scene_named
 from divespot.simulate.surface import Surface
+from divespot.simulate.things import Box, Hanging, Person, Rod, RoundWall, Thing, Wall
 
 __all__ = [
     "FLYING",
@@ -21,10 +22,12 @@ __all__ = [
     "Box",
     "Camera",
     "Floor",
+    "Hanging",
     "Person",
     "Pile",
     "Pose",
     "Rod",
+    "RoundWall",
     "Scene",
     "SimulatedScan",
     "Surface",

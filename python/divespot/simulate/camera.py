@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
+from divespot.simulate.ghosts import Ghosts
 from divespot.simulate.pose import rotation
-from divespot.simulate.scene import Camera, Person, Scene, Thing, Wall
-from divespot.simulate.solids import Solid, place_of, solids_of
+from divespot.simulate.thing_solids import foot_z_m, solids_of
 from divespot.simulate.trace import meet_surface
+from divespot.simulate.tripod import Tripod
 
 if TYPE_CHECKING:
+    from divespot.simulate.scene import Camera, Scene
+    from divespot.simulate.solids import Solid
     from divespot.simulate.surface import Surface
 
 Array = NDArray[np.float64]
@@ -30,6 +33,8 @@ EDGE_SHARE = 0.02
 
 def lens(camera: Camera, frame: int) -> Array:
     """(3,) place of the lens in the scene."""
+    if isinstance(camera, Tripod):
+        return camera.lens(frame)
     share = frame / (camera.frames - 1) - 0.5 if camera.frames > 1 else 0.0
     return np.array([share * camera.rail_m, camera.offset_m, camera.height_m])
 
@@ -41,6 +46,8 @@ def optical_axes(camera: Camera) -> Array:
 
 def rays(camera: Camera) -> Array:
     """(rows * columns, 3) unit vectors through the middles of the pixels, in the scene."""
+    if isinstance(camera, Tripod):
+        return camera.rays()
     columns, rows = (
         math.tan(math.radians(fov) / 2) * ((2 * np.arange(n) + 1) / n - 1)
         for n, fov in zip(camera.pixels, camera.fov_deg, strict=True)
@@ -87,18 +94,6 @@ def look(scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
             distance_m[facing[nearer]] = before_m[nearer]
             label[facing[nearer]] = THING
     return View(distance_m, label)
-
-
-def foot_z_m(thing: Thing, frame: int, surface: Surface) -> float:
-    """Height of the floor under the middle of a thing."""
-    match thing:
-        case Person():
-            x, y = place_of(thing, frame)
-        case Wall():
-            x, y = ((a + b) / 2 for a, b in zip(thing.start_m, thing.end_m, strict=True))
-        case _:
-            x, y = thing.center_m
-    return surface.floor_z(x, y)
 
 
 def _facing(solid: Solid, origin: Array, directions: Array) -> NDArray[np.intp]:
@@ -148,6 +143,14 @@ def fly(view: View, camera: Camera, rng: np.random.Generator) -> tuple[Array, La
     return distance_m, label
 
 
+def _with_ghosts(
+    view: View, ghosts: Ghosts, origin: Array, directions: Array, rng: np.random.Generator
+) -> View:
+    distance_m = ghosts.along(view.distance_m, origin, directions, rng)
+    own = distance_m == view.distance_m
+    return View(distance_m, np.where(own, view.label, np.int16(STRAY)))
+
+
 def frame_points(
     scene: Scene, surface: Surface, frame: int, directions: Array, seeds: tuple[int, int]
 ) -> tuple[Array, Labels]:
@@ -158,6 +161,9 @@ def frame_points(
     seed, repeat = seeds
     camera = scene.camera
     view = look(scene, surface, frame, directions)
+    if scene.ghosts != Ghosts():
+        rng = stream(seed, f"{scene.name} ghosts", repeat, frame)
+        view = _with_ghosts(view, scene.ghosts, lens(camera, frame), directions, rng)
     noise = stream(seed, f"{scene.name} noise", repeat, frame)
     distance_m, seen_along, label = measure(view, camera, noise, directions)
     rng = stream(seed, f"{scene.name} registration", repeat, frame)

@@ -14,7 +14,8 @@ from divespot.errors import DivespotError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from divespot.simulate.scene import Pile, Wall
+    from divespot.simulate.plan import Plan
+    from divespot.simulate.scene import Pile
 
 Array = NDArray[np.float64]
 
@@ -23,54 +24,6 @@ TIP = 0.06
 LOBES = 0.07
 """Largest share by which one of three lobes stretches a cone. With (1 + 4 + 9) LOBES below 1 the
 stretched flank is nowhere steeper than the cone (Cauchy-Schwarz on its gradient)."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Where a pile may lie on the nodes, and the weights that integrate it there.
-
-    `weight_x` and `weight_y` are the integrals of the nodes' hat functions over the open side of
-    the walls leaned on, so the sum of weight times height is the bilinear surface's exact volume.
-    `fade_x` and `fade_y` lower the pile to nothing inside those walls.
-    """
-
-    x: Array
-    y: Array
-    weight_x: Array
-    weight_y: Array
-    fade_x: Array
-    fade_y: Array
-
-    def volume_m3(self, height_m: Array) -> float:
-        """Exact integral of the bilinear surface, outside the walls."""
-        return float(self.weight_y @ height_m @ self.weight_x)
-
-
-def plan(x: Array, y: Array, pile: Pile, walls: list[Wall]) -> Plan:
-    """Lay out a pile between the walls it may lean on."""
-    limits = [[x[0], x[-1]], [y[0], y[-1]]]
-    fades = [np.ones_like(x), np.ones_like(y)]
-    for wall in walls:
-        axis = 0 if wall.start_m[0] == wall.end_m[0] else 1
-        nodes = (x, y)[axis]
-        back = 1 if wall.start_m[axis] > pile.center_m[axis] else -1
-        face = wall.start_m[axis] - back * wall.thickness_m / 2
-        limits[axis][back == 1] = (min if back == 1 else max)(limits[axis][back == 1], face)
-        fades[axis] = fades[axis] * np.clip(1 - back * (nodes - face) / wall.thickness_m, 0, 1)
-    weights = [_weights(n, low, high) for n, (low, high) in zip((x, y), limits, strict=True)]
-    return Plan(x, y, weights[0], weights[1], fades[0], fades[1])
-
-
-def _weights(nodes: Array, low: float, high: float) -> Array:
-    """Integrals of the nodes' hat functions over [low, high]."""
-    spacing = nodes[1] - nodes[0]
-    a, b = (np.clip((end - nodes[:-1]) / spacing, 0, 1) for end in (low, high))
-    right = np.maximum(b**2 - a**2, 0) / 2
-    left = np.maximum(b - a, 0) - right
-    weights = np.zeros_like(nodes)
-    weights[:-1] += left
-    weights[1:] += right
-    return np.asarray(weights * spacing)
 
 
 @dataclass(frozen=True)
@@ -113,7 +66,7 @@ def shape(pile: Pile, rng: np.random.Generator) -> Shape:
     far = pile.spread * rng.uniform(0.7, 1.0, pile.peaks) * (pile.peaks > 1)
     own = np.stack([far * np.cos(angle), 0.6 * far * np.sin(angle)], axis=1)
     turned = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
-    skew = turn + np.radians(rng.uniform(-15, 15, pile.peaks))
+    skew = turn + np.radians(rng.uniform(-pile.skew_deg, pile.skew_deg, pile.peaks))
     drawn = Shape(
         middle=own @ turned,
         along=np.stack([np.cos(skew), np.sin(skew)], axis=1),
@@ -166,15 +119,25 @@ def heap(where: Plan, pile: Pile, ground_m: Array, rng: np.random.Generator) -> 
     below_m = ground_m - ground_m[middle]
     grain_nodes = pile.grain_m / (where.x[1] - where.x[0])
     grain = pile.roughness_m * roughness(ground_m.shape, grain_nodes, rng)
-    fade = where.fade_x * where.fade_y[:, None]
 
     def heights(radius_m: float) -> Array:
-        smooth_m = slope * radius_m * form.rise(dx / radius_m, dy / radius_m) - below_m
+        poured_m = slope * radius_m * form.rise(dx / radius_m, dy / radius_m)
+        smooth_m = _dug(pile, poured_m, dx / radius_m, dy / radius_m, radius_m) - below_m
         # Grains thin out to nothing where less than five deviations lie on the floor.
         cover = np.clip(smooth_m / max(5 * pile.roughness_m, 1e-12), 0, 1)
-        return np.asarray(np.maximum(smooth_m + grain * cover, 0) * fade)
+        return np.asarray(np.maximum(smooth_m + grain * cover, 0) * where.fade)
 
     return _scale(where, pile, heights)
+
+
+def _dug(pile: Pile, poured_m: Array, x: Array, y: Array, radius_m: float) -> Array:
+    """Heights that a loader leaves of those poured, at places in radii."""
+    if pile.cut is None:
+        return poured_m
+    turn = math.radians(pile.cut.heading_deg)
+    before = pile.cut.toe - (x * math.cos(turn) + y * math.sin(turn))
+    face_m = math.tan(math.radians(pile.cut.face_deg)) * radius_m * before
+    return np.asarray(np.minimum(poured_m, face_m))
 
 
 def _scale(where: Plan, pile: Pile, heights: Callable[[float], Array]) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from divespot.errors import DivespotError
-from divespot.simulate.camera import INVALID, STRAY, Labels, frame_points, rays
+from divespot.simulate.camera import GROUND, INVALID, STRAY, THING, Labels, frame_points, rays
 from divespot.simulate.draw import stream
 from divespot.simulate.scenes import scene_named
 from divespot.simulate.terrain import terrain
@@ -112,6 +112,9 @@ def scan(
     points, labels = _with_strays(
         points @ pose[:3, :3], labels, scene, stream(seed, f"{scene.name} strays", repeat)
     )
+    below = stream(seed, f"{scene.name} below", repeat)
+    points, labels = _with_low(points, labels, scene, surface, below)
+    points, labels = _sampled(points, labels, scene, stream(seed, f"{scene.name} sampling", repeat))
     points = (points @ pose[:3, :3].T + pose[:3, 3]) / scene.unit_m
     points, labels = _with_invalid(
         points, labels, scene, stream(seed, f"{scene.name} invalid", repeat)
@@ -155,6 +158,27 @@ def _with_strays(
     spare = 0.03 * (high - low).max()
     strays = rng.uniform(low - spare, high + spare, (count, 3))
     return _append(points, strays, labels, STRAY)
+
+
+def _with_low(
+    points: Array, labels: Labels, scene: Scene, surface: Surface, rng: np.random.Generator
+) -> tuple[Array, Labels]:
+    """Add the points that come from below the floor."""
+    raised = (labels > GROUND) | (labels == THING)
+    low = scene.ghosts.below(points[raised], points[labels == GROUND], surface, rng)
+    return _append(points, low, labels, STRAY)
+
+
+def _sampled(
+    points: Array, labels: Labels, scene: Scene, rng: np.random.Generator
+) -> tuple[Array, Labels]:
+    """Repeat points, then leave some of them, in their order."""
+    number = np.arange(len(points))
+    again = number[points[:, 0] > scene.copied_beyond_m]
+    number = np.concatenate([number, *[again] * (scene.copies - 1)])
+    if scene.most_points is not None and scene.most_points < len(number):
+        number = number[np.sort(rng.permutation(len(number))[: scene.most_points])]
+    return points[number], labels[number]
 
 
 def _with_invalid(

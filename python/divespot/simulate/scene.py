@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TYPE_CHECKING
 
 from divespot.simulate.checks import (
     require,
@@ -15,10 +15,13 @@ from divespot.simulate.checks import (
     require_positive,
     require_share,
 )
+from divespot.simulate.ghosts import Ghosts
 from divespot.simulate.pose import Pose
 
-XY: TypeAlias = tuple[float, float]
-XYZ: TypeAlias = tuple[float, float, float]
+if TYPE_CHECKING:
+    from divespot.simulate.level import Level
+    from divespot.simulate.things import XY, Thing
+    from divespot.simulate.vessel import Vessel
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class Floor:
         Height by which the floor rises in the line x = `edge_m`.
     edge_m
         Where fold and step lie.
+    levels
+        Parts that lie higher or lower.
     """
 
     length_m: float = 3.5
@@ -52,6 +57,7 @@ class Floor:
     fold_deg: float = 0.0
     step_m: float = 0.0
     edge_m: float = 0.0
+    levels: tuple[Level, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self, "length_m", "width_m", "node_m", "wave_length_m")
@@ -63,6 +69,31 @@ class Floor:
         require(
             nodes <= 2e7,
             f"a floor of {nodes:.0f} nodes was asked for; up to 20 million fit, raise Floor.node_m",
+        )
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A plane face that a loader left, steeper than the material would lie.
+
+    Parameters
+    ----------
+    heading_deg
+        Which way it faces, from x.
+    toe
+        How far its toe lies from the middle of the pile, in radii of the cone of the same volume.
+    face_deg
+        Angle of the face.
+    """
+
+    heading_deg: float = 0.0
+    toe: float = 0.5
+    face_deg: float = 70.0
+
+    def __post_init__(self) -> None:
+        require(
+            0 < self.face_deg < 88,
+            f"Cut.face_deg is {self.face_deg}; an angle above 0 and below 88 is needed",
         )
 
 
@@ -92,6 +123,10 @@ class Pile:
         Direction of the ridges and of the longer spread, from x; random if not given.
     roughness_m, grain_m
         Standard deviation and correlation length of the surface's roughness.
+    skew_deg
+        Largest angle by which each ridge departs from the heading.
+    cut
+        The face that a loader left of it.
     """
 
     volume_m3: float
@@ -103,6 +138,8 @@ class Pile:
     heading_deg: float | None = None
     roughness_m: float = 0.001
     grain_m: float = 0.008
+    skew_deg: float = 15.0
+    cut: Cut | None = None
 
     def __post_init__(self) -> None:
         require_positive(self, "volume_m3", "grain_m")
@@ -112,72 +149,6 @@ class Pile:
             f"Pile.repose_deg is {self.repose_deg}; an angle from 1 to 60 is needed",
         )
         require(self.peaks >= 1, f"Pile.peaks is {self.peaks}; at least 1 is needed")
-
-
-@dataclass(frozen=True)
-class Wall:
-    """An upright wall from one point to another in plan.
-
-    With `leaned_on`, piles that reach it are cut at its face; such a wall runs along x or y.
-    """
-
-    start_m: XY
-    end_m: XY
-    height_m: float = 1.0
-    thickness_m: float = 0.1
-    leaned_on: bool = False
-
-    def __post_init__(self) -> None:
-        require_positive(self, "height_m", "thickness_m")
-        spans = [b != a for a, b in zip(self.start_m, self.end_m, strict=True)]
-        require(any(spans), f"a wall starts and ends at {self.start_m}; two points are needed")
-        require(
-            not (self.leaned_on and all(spans)),
-            "a wall that piles lean on runs askew; it must run along x or along y",
-        )
-
-
-@dataclass(frozen=True)
-class Rod:
-    """A thin upright cylinder, such as a support of the rail."""
-
-    center_m: XY
-    radius_m: float = 0.02
-    height_m: float = 1.45
-
-    def __post_init__(self) -> None:
-        require_positive(self, "radius_m", "height_m")
-
-
-@dataclass(frozen=True)
-class Box:
-    """A sharp-edged box standing on the floor."""
-
-    center_m: XY
-    size_m: XYZ
-    heading_deg: float = 0.0
-
-    def __post_init__(self) -> None:
-        require(
-            all(math.isfinite(side) and side > 0 for side in self.size_m),
-            f"Box.size_m is {self.size_m}; three numbers above 0 are needed",
-        )
-
-
-@dataclass(frozen=True)
-class Person:
-    """Someone who passes: in sight during the given frames only, one stride further in each."""
-
-    center_m: XY
-    stride_m: XY = (0.25, 0.0)
-    frames: tuple[int, ...] = (0,)
-    height_m: float = 1.75
-
-    def __post_init__(self) -> None:
-        require_positive(self, "height_m")
-
-
-Thing: TypeAlias = Wall | Rod | Box | Person
 
 
 @dataclass(frozen=True)
@@ -274,6 +245,14 @@ class Scene:
         Edge of the voxels in which the frames' points are averaged; 0 keeps every point.
     strip_m
         Length and width of the measured strip, about the origin, that the piles must lie in.
+    ghosts
+        Returns that come from no surface.
+    copies, copied_beyond_m
+        How often each point is there whose x, in the scene, is beyond a place.
+    most_points
+        Points that are left of those, drawn at random; None for all.
+    vessel
+        What is given of the vessel that holds the pile, if any.
     name
         Part of what random draws start from, so that two names differ at the same seed.
     """
@@ -286,8 +265,14 @@ class Scene:
     unit_m: float = 1.0
     fuse_voxel_m: float = 0.0032
     strip_m: XY | None = None
+    ghosts: Ghosts = field(default_factory=Ghosts)
+    copies: int = 1
+    copied_beyond_m: float = -math.inf
+    most_points: int | None = None
+    vessel: Vessel | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
         require_positive(self, "unit_m")
         require_not_negative(self, "fuse_voxel_m")
+        require(self.copies >= 1, f"Scene.copies is {self.copies}; at least 1 is needed")

@@ -1,7 +1,7 @@
 """Scenes by name.
 
 A name fixes the kind and volume of the piles and how they are looked at; the seed draws the
-rest. Of the scenes called varied it draws it all.
+rest. Of the scenes of a family (`families`) it draws it all.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
+from divespot.simulate.families import FAMILIES
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import Box, Camera, Floor, Pile, Rod, Scene, Wall
+from divespot.simulate.scene import Camera, Floor, Pile, Scene
 from divespot.simulate.shapes import (
     RAIL_CAMERAS,
     STRIPS_M,
@@ -26,7 +27,7 @@ from divespot.simulate.shapes import (
     unlevelled,
 )
 from divespot.simulate.surroundings import around
-from divespot.simulate.varied import VARIED
+from divespot.simulate.things import Box, Rod, Wall
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -285,7 +286,7 @@ NAMES: Mapping[str, Maker] = MappingProxyType(
         "utm-yard": utm_yard,
         "heap-10cm": heap_10cm,
         "grain-2m": grain_2m,
-        **VARIED,
+        **FAMILIES,
     }
 )
 """What makes each named scene from random draws; `scene_named` calls it."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import XY, Camera, Floor, Pile, Scene
+from divespot.simulate.scene import Camera, Floor, Pile, Scene
 from divespot.simulate.surroundings import around
+
+if TYPE_CHECKING:
+    from divespot.simulate.things import XY
 
 Maker: TypeAlias = Callable[[np.random.Generator], Scene]
 

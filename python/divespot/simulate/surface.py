@@ -27,13 +27,25 @@ def _axis(side_m: float, node_m: float) -> Array:
 
 
 def floor_heights(floor: Floor, rng: np.random.Generator) -> Array:
-    """(ny, nx) heights of the bare floor at its nodes."""
+    """(ny, nx) heights, at its nodes, of the bare floor that piles are poured on."""
     x, y = axes(floor)
     beyond_m = np.maximum(x - floor.edge_m, 0.0)
     along = x * math.tan(math.radians(floor.slope_deg))
     along += beyond_m * math.tan(math.radians(floor.fold_deg))
     along += floor.step_m * (x >= floor.edge_m)
-    return along + waver(x, y[:, None], floor, rng)
+    lain_on = (level for level in floor.levels if level.under_piles)
+    rises = (level.heights(x, y[:, None]) for level in lain_on)
+    return sum(rises, along + waver(x, y[:, None], floor, rng))
+
+
+def levels_beside(floor: Floor) -> Array:
+    """(ny, nx) heights that the levels add on whose faces no pile lies."""
+    x, y = axes(floor)
+    total = np.zeros((y.size, x.size))
+    for level in floor.levels:
+        if not level.under_piles:
+            total += level.heights(x, y[:, None])
+    return total
 
 
 def waver(x: Array, y: Array, floor: Floor, rng: np.random.Generator) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from divespot.simulate.scene import XY, Box, Person, Rod, Thing, Wall
+from divespot.simulate.things import XY, Box, Person, Rod, Thing, Wall
 
 
 def around(strip_m: XY, frames: int, rng: np.random.Generator) -> tuple[Thing, ...]:

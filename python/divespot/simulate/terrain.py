@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
-from divespot.simulate.heap import heap, plan, radius_of_cone
-from divespot.simulate.scene import Pile, Scene, Thing, Wall
-from divespot.simulate.solids import solids_of
-from divespot.simulate.surface import Surface, axes, floor_heights
+from divespot.simulate.heap import heap, radius_of_cone
+from divespot.simulate.plan import plan
+from divespot.simulate.surface import Surface, axes, floor_heights, levels_beside
+from divespot.simulate.thing_solids import solids_of
+from divespot.simulate.things import Hanging, Person, RoundWall, Thing, Wall
+
+if TYPE_CHECKING:
+    from divespot.simulate.scene import Pile, Scene
 
 Array = NDArray[np.float64]
 
@@ -39,14 +44,20 @@ def terrain(scene: Scene, seed: int) -> tuple[Surface, tuple[float, ...]]:
         higher = own > height_m[rows, columns]
         owner[rows, columns][higher] = number
         np.maximum(height_m[rows, columns], own, out=height_m[rows, columns])
-    surface = Surface(x, y, ground_m, height_m, owner)
+    beside_m = levels_beside(scene.floor)
+    _require_level(beside_m, owner, len(scene.piles))
+    surface = Surface(x, y, ground_m + beside_m, height_m, owner)
     _require_clear(scene, surface)
     return surface, _volumes(scene, surface)
 
 
-def leaned_walls(scene: Scene) -> list[Wall]:
+def leaned_walls(scene: Scene) -> list[Wall | RoundWall]:
     """Return the walls that piles lean on."""
-    return [thing for thing in scene.things if isinstance(thing, Wall) and thing.leaned_on]
+    return [
+        thing
+        for thing in scene.things
+        if isinstance(thing, RoundWall) or (isinstance(thing, Wall) and thing.leaned_on)
+    ]
 
 
 def _window(nodes: Array, pile: Pile, axis: int) -> slice:
@@ -70,6 +81,15 @@ def _require_inside(height_m: Array, number: int) -> None:
         )
 
 
+def _require_level(beside_m: Array, owner: NDArray[np.int16], piles: int) -> None:
+    for number in range(1, piles + 1):
+        under_m = beside_m[owner == number]
+        if np.ptp(under_m) > 0:
+            raise DivespotError(
+                f"pile {number} lies on the face of a level; move one of them, or pass under_piles"
+            )
+
+
 def _require_clear(scene: Scene, surface: Surface) -> None:
     """Piles lie in the strip and touch nothing but the walls they lean on."""
     rows, columns = np.nonzero(surface.height_m)
@@ -80,11 +100,20 @@ def _require_clear(scene: Scene, surface: Surface) -> None:
             f"a pile reaches beyond the strip of {strip_m} m; a larger strip is needed"
         )
     for thing in scene.things:
-        if isinstance(thing, Wall) and thing.leaned_on:
-            continue
-        if _covered(thing, scene.camera.frames, x, y):
+        if not _may_meet(thing) and _covered(thing, scene.camera.frames, x, y):
             raise DivespotError(f"a pile reaches into {thing}; move one of them")
     _require_held(scene, surface)
+
+
+def _may_meet(thing: Thing) -> bool:
+    """Return whether a thing may be where a pile is."""
+    match thing:
+        case Wall():
+            return thing.leaned_on
+        case Person():
+            return thing.on_pile
+        case _:
+            return isinstance(thing, Hanging | RoundWall)
 
 
 def _covered(thing: Thing, frames: int, x: Array, y: Array) -> bool:
@@ -104,7 +133,7 @@ def _require_held(scene: Scene, surface: Surface) -> None:
         held |= inside & (surface.height_m < wall.height_m)
     for number, pile in enumerate(scene.piles, start=1):
         where = plan(surface.x, surface.y, pile, walls)
-        open_side = where.fade_x * where.fade_y[:, None] > 1 - 1e-9
+        open_side = where.fade > 1 - 1e-9
         behind |= (surface.owner == number) & ~open_side
     if (behind & ~held).any():
         raise DivespotError("a pile pours over or round a wall; a higher or longer wall is needed")

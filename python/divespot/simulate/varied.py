@@ -15,9 +15,10 @@ import numpy as np
 
 from divespot.simulate.heap import volume_of_cone
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import XY, Camera, Floor, Pile, Scene, Thing, Wall
+from divespot.simulate.scene import Camera, Floor, Pile, Scene
 from divespot.simulate.shapes import Maker, optical_pose, unlevelled
 from divespot.simulate.surroundings import around, boxes_around
+from divespot.simulate.things import XY, Thing, Wall
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

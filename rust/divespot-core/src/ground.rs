@@ -5,6 +5,8 @@
 //! as nothing else does: at its angle of repose, to all sides, wide at the foot. Seen from a wall,
 //! a pile's surface does none of this, whichever way the scan lies.
 
+use std::cmp::Ordering;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::count::to_f64;
@@ -41,70 +43,209 @@ const UPRIGHT: f64 = 0.02;
 /// The share of the poured slopes that stays below their height; the rest may be flying pixels.
 const TOP: f64 = 0.95;
 
+/// A floor that is level within this angle of z, 0.5°, says that z is up: instruments that are
+/// levelled at all are levelled so well, and floors fall by less than 1 in 100. Chance lays one of
+/// 26,000 frames so.
+const LEVEL_RAD: f64 = 0.009;
+/// A floor that is level within this angle, 2°, is the ground, and not a wall; yards fall by at most
+/// 1 in 40 (1.4°), so that water drains. Whether z is up or down, the scan decides.
+const NEARLY_LEVEL_RAD: f64 = 0.035;
+
+/// What says which way is up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Up {
+    /// The cone of directions that was given.
+    Given,
+    /// The sensor, which cannot see a floor from below.
+    Sensor,
+    /// A floor that is (all but) level in the scan's own frame, whose z is up.
+    SmallTilt,
+    /// The scan, which lies on one side of the ground.
+    NothingBelow,
+}
+
+/// The ground, and why it is that way up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ground {
+    /// The plane; its normal is up.
+    pub plane: Plane,
+    /// What says so.
+    pub up: Up,
+    /// Whether the scan lies as if the other side of that plane were up.
+    pub doubted: bool,
+}
+
+/// What the scan's z axis may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// Up, if a floor lies level in it.
+    Up,
+    /// Ahead of a camera at the origin: a wall may lie across it, a floor face the other way.
+    Ahead,
+    /// Up for a sensor at the origin above the scan, or backward for a camera: up if the ground
+    /// lies nearly level in it.
+    Behind,
+}
+
+/// What is known of the scan's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Where the sensor stood.
+    pub sensor: Option<Point>,
+    /// What z may be.
+    pub z: Axis,
+}
+
 /// Finds the ground and orients its normal upwards.
 ///
-/// `settings.cone`, where given, says where up is, more or less; otherwise up is the side of the
-/// plane on which the scan lies. `normals` are surface normals at some of the points.
+/// `settings.cone`, where given, says where up is, more or less; otherwise the sensor's side of a
+/// plane is, where its place is known. Where it is not, z is up if a floor lies level in it, and
+/// else the side of the plane on which the scan lies. `normals` are surface normals at some of the
+/// points.
 ///
 /// # Errors
 ///
 /// As [`fit_plane`].
-pub fn find_ground(points: &[Point], normals: &[Normal], settings: &Settings) -> Result<Plane> {
+pub fn find_ground(
+    points: &[Point],
+    normals: &[Normal],
+    settings: &Settings,
+    frame: Frame,
+) -> Result<Ground> {
     let scored = scored(points, settings);
     let drawn = &scored[..scored.len().min(COMPARED)];
-    let best = candidates(drawn, settings)?
-        .into_iter()
-        .flat_map(|plane| sides(plane, settings.cone))
-        .map(|plane| (score(&plane, drawn, normals, settings.threshold_m), plane))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .ok_or(Error::Degenerate("no plane goes through the points"))?;
-    let tight = Cone { axis: best.1.normal, half_angle_rad: 0.1 };
-    Ok(settled(points, &scored, best.1, &Settings { cone: Some(tight), ..*settings }))
+    let scene = Scene { drawn, normals, settings, frame };
+    let (plane, up) = match settings.cone {
+        Some(_) => (scene.best(scene.candidates(settings.cone)?)?, Up::Given),
+        None => scene.unaided()?,
+    };
+    let doubted = scene.score(&turned(plane)) > scene.score(&plane);
+    let tight = Cone { axis: plane.normal, half_angle_rad: 0.1 };
+    let plane = settled(points, &scored, plane, &Settings { cone: Some(tight), ..*settings });
+    Ok(Ground { plane, up, doubted })
 }
 
-/// The planes with the most support, each found among the points that the ones before left.
-fn candidates(drawn: &[Point], settings: &Settings) -> Result<Vec<Plane>> {
-    let mut rest = drawn.to_vec();
-    let mut found = vec![fit_plane(&rest, settings)?];
-    while found.len() < CANDIDATES {
-        let last = found[found.len() - 1];
-        rest.retain(|p| last.height(p).abs() > settings.threshold_m);
-        match fit_plane(&rest, settings) {
-            Ok(plane) if to_f64(plane.inliers) >= LEAST_SHARE * to_f64(drawn.len()) => {
-                found.push(plane);
+/// The plane seen from its other side.
+fn turned(plane: Plane) -> Plane {
+    Plane { normal: plane.normal.map(|v| -v), offset_m: -plane.offset_m, ..plane }
+}
+
+/// What planes are compared on.
+struct Scene<'a> {
+    drawn: &'a [Point],
+    normals: &'a [Normal],
+    settings: &'a Settings,
+    frame: Frame,
+}
+
+impl Scene<'_> {
+    /// The ground where nobody says which way is up.
+    fn unaided(&self) -> Result<(Plane, Up)> {
+        let (plane, otherwise) = match self.level() {
+            Some(found) => found,
+            None => {
+                let plane = self.best(self.sides(self.candidates(None)?))?;
+                (plane, if self.is_side_by_z(&plane) { Up::SmallTilt } else { Up::NothingBelow })
             }
-            _ => break,
-        }
+        };
+        let sensor_above = self.sensor_height(&plane) == Ordering::Greater;
+        Ok((plane, if sensor_above { Up::Sensor } else { otherwise }))
     }
-    Ok(found)
-}
 
-/// The plane with either sign, or with the sign that the cone decides.
-fn sides(plane: Plane, cone: Option<Cone>) -> Vec<Plane> {
-    let turned = Plane { normal: plane.normal.map(|v| -v), offset_m: -plane.offset_m, ..plane };
-    if cone.is_some() { vec![plane] } else { vec![plane, turned] }
-}
+    /// The floor that lies level in the scan's own frame.
+    fn level(&self) -> Option<(Plane, Up)> {
+        if self.frame.z != Axis::Up {
+            return None;
+        }
+        let about_z = Cone { axis: [0.0, 0.0, 1.0], half_angle_rad: SLOPES_RAD.0 };
+        let sides = self.sides(self.candidates(Some(about_z)).ok()?);
+        let upright = sides.iter().filter(|side| side.normal[2] > 0.0).copied().collect();
+        let is_floor = |plane: &Plane, within_rad: f64| {
+            plane.normal[2].abs() >= within_rad.cos() && self.is_surface(plane)
+        };
+        let floor = |planes, within_rad| self.best(planes).ok().filter(|p| is_floor(p, within_rad));
+        floor(upright, LEVEL_RAD)
+            .map(|plane| (plane, Up::SmallTilt))
+            .or_else(|| Some((floor(sides, NEARLY_LEVEL_RAD)?, Up::NothingBelow)))
+    }
 
-/// How much speaks for this plane being the ground: what its being the ground explains of the scan,
-/// as far as the plane reaches. The top of a dome, with its other side up, explains much.
-fn score(plane: &Plane, drawn: &[Point], normals: &[Normal], threshold_m: f64) -> f64 {
-    let on: Vec<Point> =
-        drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).copied().collect();
-    let share = |count: usize, of: usize| to_f64(count) / to_f64(of.max(1));
-    let above: Vec<Slope> = normals
-        .iter()
-        .filter(|n| plane.height(&n.at) > threshold_m)
-        .map(|n| Slope::of(n, plane))
-        .collect();
-    let poured = poured(&above, threshold_m);
-    let half = FEWEST_PROVING.max(HALF_PROVEN * to_f64(normals.len()));
-    let square = above.iter().filter(|s| s.is_square()).count();
-    let explained = share(on.len(), drawn.len())
-        + SQUARE * share(square, normals.len())
-        + poured / (poured + half);
-    reach(plane, &on, drawn) * explained
-        - BELOW * share(below(plane, &on, drawn, threshold_m), drawn.len())
-        + UPRIGHT * plane.normal[2]
+    /// Whether surfaces lie along the plane; through a heap, too, a plane can be laid.
+    fn is_surface(&self, plane: &Plane) -> bool {
+        let on = self.normals.iter().filter(|n| {
+            plane.height(&n.at).abs() <= self.settings.threshold_m
+                && Slope::of(n, plane).level >= SLOPES_RAD.0.cos()
+        });
+        to_f64(on.count()) >= LEAST_SHARE * to_f64(self.normals.len().max(1))
+    }
+
+    /// The planes with the most support, each found among the points that the ones before left.
+    fn candidates(&self, cone: Option<Cone>) -> Result<Vec<Plane>> {
+        let settings = &Settings { cone, ..*self.settings };
+        let mut rest = self.drawn.to_vec();
+        let mut found = vec![fit_plane(&rest, settings)?];
+        while found.len() < CANDIDATES {
+            let last = found[found.len() - 1];
+            rest.retain(|p| last.height(p).abs() > settings.threshold_m);
+            match fit_plane(&rest, settings) {
+                Ok(plane) if to_f64(plane.inliers) >= LEAST_SHARE * to_f64(self.drawn.len()) => {
+                    found.push(plane);
+                }
+                _ => break,
+            }
+        }
+        Ok(found)
+    }
+
+    /// The planes with the side up on which the sensor is, or that z says; with either, where
+    /// neither is known.
+    fn sides(&self, planes: Vec<Plane>) -> Vec<Plane> {
+        let sides = planes.into_iter().flat_map(|plane| [plane, turned(plane)]);
+        let may_be_up = |side: &Plane| {
+            self.sensor_height(side) != Ordering::Less && !self.is_side_by_z(&turned(*side))
+        };
+        sides.filter(may_be_up).collect()
+    }
+
+    /// Whether z alone decides that this side of a plane is up.
+    fn is_side_by_z(&self, plane: &Plane) -> bool {
+        self.frame.z == Axis::Behind && plane.normal[2] >= SLOPES_RAD.0.cos()
+    }
+
+    /// Whether the sensor is known to be above or below a plane.
+    fn sensor_height(&self, plane: &Plane) -> Ordering {
+        let height_m = self.frame.sensor.map_or(0.0, |sensor| plane.height(&sensor));
+        let clear = height_m.abs() > self.settings.threshold_m;
+        if clear { height_m.total_cmp(&0.0) } else { Ordering::Equal }
+    }
+
+    fn best(&self, planes: Vec<Plane>) -> Result<Plane> {
+        let scored = planes.into_iter().map(|plane| (self.score(&plane), plane));
+        let best = scored.max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, plane)| plane).ok_or(Error::Degenerate("no plane goes through the points"))
+    }
+
+    /// How much speaks for this plane being the ground: what its being the ground explains of the
+    /// scan, as far as the plane reaches. The top of a dome, with its other side up, explains much.
+    fn score(&self, plane: &Plane) -> f64 {
+        let Self { drawn, normals, settings: &Settings { threshold_m, .. }, .. } = *self;
+        let on: Vec<Point> =
+            drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).copied().collect();
+        let share = |count: usize, of: usize| to_f64(count) / to_f64(of.max(1));
+        let above: Vec<Slope> = normals
+            .iter()
+            .filter(|n| plane.height(&n.at) > threshold_m)
+            .map(|n| Slope::of(n, plane))
+            .collect();
+        let poured = poured(&above, threshold_m);
+        let half = FEWEST_PROVING.max(HALF_PROVEN * to_f64(normals.len()));
+        let square = above.iter().filter(|s| s.is_square()).count();
+        let explained = share(on.len(), drawn.len())
+            + SQUARE * share(square, normals.len())
+            + poured / (poured + half);
+        reach(plane, &on, drawn) * explained
+            - BELOW * share(below(plane, &on, drawn, threshold_m), drawn.len())
+            + UPRIGHT * plane.normal[2]
+    }
 }
 
 /// The part of the scan's extent, seen along the normal, over which the plane's points reach.
@@ -199,6 +340,7 @@ mod tests {
     }
 
     const STEP: f64 = 0.025;
+    const UNKNOWN: Frame = Frame { sensor: None, z: Axis::Ahead };
 
     fn settings(seed: u64, cone: Option<Cone>) -> Settings {
         Settings { threshold_m: 0.01, hypotheses: 1000, cone, seed, threads: 1 }
@@ -206,7 +348,7 @@ mod tests {
 
     fn ground(points: &[Point], seed: u64, cone: Option<Cone>) -> Plane {
         let normals = survey(points, seed, 1).unwrap().normals;
-        find_ground(points, &normals, &settings(seed, cone)).unwrap()
+        find_ground(points, &normals, &settings(seed, cone), UNKNOWN).unwrap().plane
     }
 
     fn along(a: Point, b: Point) -> f64 {
@@ -224,6 +366,36 @@ mod tests {
             let floor = rotate(&[[0.0, 0.0, 1.0]], &turn, 1)[0];
             let plane = ground(&turned, seed, None);
             assert!(along(plane.normal, floor) > 0.999, "{up:?}: {plane:?}");
+        }
+    }
+
+    fn unaided(points: &[Point], frame: Frame) -> Ground {
+        let normals = survey(points, 5, 1).unwrap().normals;
+        find_ground(points, &normals, &settings(5, None), frame).unwrap()
+    }
+
+    #[test]
+    fn a_sensor_sees_no_floor_from_below() {
+        let points = room(0.0);
+        for (height_m, up_z) in [(2.0, 1.0), (-2.0, -1.0)] {
+            let sensor = Some([1.0, 0.5, height_m]);
+            let ground = unaided(&points, Frame { sensor, z: Axis::Ahead });
+            assert!(ground.plane.normal[2] * up_z > 0.999, "{ground:?}");
+            assert_eq!((ground.up, ground.doubted), (Up::Sensor, up_z < 0.0));
+        }
+    }
+
+    #[test]
+    fn a_floor_that_is_level_in_z_says_that_z_is_up() {
+        let hanging: Vec<Point> = room(0.0).iter().map(|p| [p[0], p[1], -p[2]]).collect();
+        for (z, up, up_z) in [
+            (Axis::Up, Up::SmallTilt, 1.0),
+            (Axis::Behind, Up::SmallTilt, 1.0),
+            (Axis::Ahead, Up::NothingBelow, -1.0),
+        ] {
+            let ground = unaided(&hanging, Frame { sensor: None, z });
+            assert!(ground.plane.normal[2] * up_z > 0.999, "{ground:?}");
+            assert_eq!((ground.up, ground.doubted), (up, up_z > 0.0));
         }
     }
 

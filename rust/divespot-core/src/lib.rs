@@ -28,6 +28,7 @@ pub mod piles;
 pub mod plane;
 pub mod pose;
 pub mod sample;
+pub mod sensor;
 pub mod strays;
 pub mod surface;
 pub mod survey;

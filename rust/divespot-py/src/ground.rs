@@ -1,9 +1,10 @@
+use divespot_core::ground::{Axis, Frame, Up};
 use divespot_core::survey::Normal;
-use divespot_core::{Point, ground, pose};
+use divespot_core::{Point, ground, pose, sensor};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
-use crate::errors::raise;
+use crate::errors::{DivespotError, raise};
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Rows, cloud, restored, rows};
 
@@ -26,19 +27,24 @@ pub(crate) fn survey<'py>(
     Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, rows(py, normals)?))
 }
 
+/// The plane, the reason for its side, and whether the scan lies as if the other one were up.
+type GroundParts = (PlaneParts, &'static str, bool);
+
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // one for each of the plane's settings, named in Python
-pub(crate) fn find_ground<'py>(
-    py: Python<'py>,
-    points: &Bound<'py, PyAny>,
-    at: PyReadonlyArray2<'py, f64>,
-    normals: PyReadonlyArray2<'py, f64>,
+pub(crate) fn find_ground(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    at: PyReadonlyArray2<'_, f64>,
+    normals: PyReadonlyArray2<'_, f64>,
     threshold_m: f64,
     hypotheses: u32,
     cone: Option<(Point, f64)>,
+    sensor: Option<Point>,
+    z: &str,
     seed: u64,
     threads: usize,
-) -> PyResult<(PlaneParts, Rows<'py>)> {
+) -> PyResult<GroundParts> {
     let (cloud, _) = cloud(points, threads)?;
     let (at, normals) = (at.as_array(), normals.as_array());
     let normal = |i: usize| Normal {
@@ -46,11 +52,53 @@ pub(crate) fn find_ground<'py>(
         normal: std::array::from_fn(|k| normals[[i, k]]),
     };
     let normals: Vec<Normal> = (0..normals.nrows()).map(normal).collect();
+    let sensor = sensor.map(|s| std::array::from_fn(|k| s[k] - cloud.origin[k]));
+    let frame = Frame { sensor, z: axis(z)? };
     let settings = settings(threshold_m, hypotheses, cone, seed, threads);
-    let found = py.detach(|| {
-        let plane = ground::find_ground(&cloud.points, &normals, &settings)?;
-        Ok((plane, pose::leveling(&cloud.points, plane.normal, threads)?))
-    });
-    let (plane, rotation) = found.map_err(raise)?;
-    Ok((parts(&plane, cloud.origin), rows(py, rotation.to_vec())?))
+    let found = py.detach(|| ground::find_ground(&cloud.points, &normals, &settings, frame));
+    let ground = found.map_err(raise)?;
+    Ok((parts(&ground.plane, cloud.origin), reason(ground.up), ground.doubted))
+}
+
+fn axis(name: &str) -> PyResult<Axis> {
+    match name {
+        "up" => Ok(Axis::Up),
+        "ahead" => Ok(Axis::Ahead),
+        "behind" => Ok(Axis::Behind),
+        _ => Err(DivespotError::new_err(format!("z is {name:?}: up, ahead or behind is needed"))),
+    }
+}
+
+fn reason(up: Up) -> &'static str {
+    match up {
+        Up::Given => "given",
+        Up::Sensor => "sensor",
+        Up::SmallTilt => "small tilt",
+        Up::NothingBelow => "nothing below",
+    }
+}
+
+#[pyfunction]
+pub(crate) fn leveling<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    normal: Point,
+    threads: usize,
+) -> PyResult<Rows<'py>> {
+    let (cloud, _) = cloud(points, threads)?;
+    let rotation = py.detach(|| pose::leveling(&cloud.points, normal, threads)).map_err(raise)?;
+    rows(py, rotation.to_vec())
+}
+
+#[pyfunction]
+pub(crate) fn unevenness_of_rays(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    place: Point,
+    seed: u64,
+    threads: usize,
+) -> PyResult<Option<f64>> {
+    let (cloud, _) = cloud(points, threads)?;
+    let place = std::array::from_fn(|k| place[k] - cloud.origin[k]);
+    Ok(py.detach(|| sensor::unevenness_of_rays(&cloud.points, place, seed, threads)))
 }

@@ -20,7 +20,7 @@ mod _native {
     #[pymodule_export]
     use crate::bases::{RawBase, plane_base, surface_base};
     #[pymodule_export]
-    use crate::ground::{find_ground, survey};
+    use crate::ground::{find_ground, leveling, survey, unevenness_of_rays};
     #[pymodule_export]
     use crate::hdbscan::hdbscan;
     #[pymodule_export]

@@ -57,13 +57,17 @@ fn closed(
     hidden: &Hidden<'_>,
 ) -> (Vec<f64>, Vec<usize>) {
     let mut filled = above.to_vec();
-    for &cell in &gaps {
-        if patch.beyond[cell] || hidden.covers(cell) {
+    let beyond = gaps.iter().filter(|&&cell| patch.beyond[cell]);
+    beyond.for_each(|&cell| filled[cell] = hidden.above_m[cell]);
+    gaps.retain(|&cell| !patch.beyond[cell]);
+    stretch(patch, &mut filled, &gaps);
+    gaps.retain(|&cell| {
+        let lower = hidden.covers(cell) && hidden.above_m[cell] < filled[cell];
+        if lower {
             filled[cell] = hidden.above_m[cell];
         }
-    }
-    gaps.retain(|&cell| filled[cell].is_nan());
-    stretch(patch, &mut filled, &gaps);
+        !lower
+    });
     (filled, gaps)
 }
 
@@ -83,7 +87,7 @@ impl<'a> Flanks<'a> {
     }
 
     fn unseen(&self, cell: usize) -> bool {
-        self.above[cell].is_nan() && !self.patch.beyond[cell]
+        self.above[cell].is_nan() && !self.patch.beyond[cell] && !self.patch.bars[cell]
     }
 
     fn rims(&self, edge: Edge) -> Vec<Rim> {

@@ -36,6 +36,8 @@ pub(crate) struct Patch {
     pub(crate) border: Vec<bool>,
     /// Cells in which a face rises.
     pub(crate) walls: Vec<bool>,
+    /// Cells in or beside which a face rises: no flank goes on across them.
+    pub(crate) bars: Vec<bool>,
     /// The plane through the ring, if it was sought; it holds while the core stays as it is.
     pub(crate) plane: Option<Base>,
     /// The part of each cell that counts, where an outline runs through cells.
@@ -147,6 +149,7 @@ impl Patch {
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
             walls: cells.iter().map(|&cell| scene.faces.is[cell]).collect(),
+            bars: cells.iter().map(|&cell| scene.faces.bars[cell]).collect(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
             zones,
             plane: None,

@@ -56,6 +56,14 @@ impl Columns {
         &heights[first..last.max(first)]
     }
 
+    /// The highest point of a cell in which points rise from a height, with no gap above what is in
+    /// `reach_m` of it that is wider than that.
+    pub(crate) fn rises(&self, cell: usize, height_m: f64, reach_m: f64) -> Option<f64> {
+        let heights = self.heights(cell);
+        let next = *heights.get(heights.partition_point(|&z| z <= height_m + reach_m))?;
+        (next <= height_m + 2.0 * reach_m).then(|| heights[heights.len() - 1])
+    }
+
     /// How many points make a surface in each cell: a share of what the cells around typically
     /// hold, on that side where it is least: along a wall most points are on its face.
     pub(crate) fn needs(&self) -> Vec<u32> {

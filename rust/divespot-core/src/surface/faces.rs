@@ -93,15 +93,11 @@ pub(crate) fn taken(
 /// The highest point of a cell that rises from the surface; NaN where nothing does. In a cell that
 /// was not walked everything does.
 fn top(columns: &Columns, cell: usize, height_m: f64, reach_m: f64) -> f64 {
-    let heights = columns.heights(cell);
-    if height_m.is_nan() {
-        return heights.last().copied().unwrap_or(f64::NAN);
-    }
-    let rises = heights.partition_point(|&z| z <= height_m + reach_m);
-    match heights.get(rises) {
-        Some(&next) if next <= height_m + 2.0 * reach_m => heights[heights.len() - 1],
-        _ => f64::NAN,
-    }
+    let top = match height_m.is_nan() {
+        true => columns.heights(cell).last().copied(),
+        false => columns.rises(cell, height_m, reach_m),
+    };
+    top.unwrap_or(f64::NAN)
 }
 
 /// The plane through the cells around the foot of a face, the nearest counting most.

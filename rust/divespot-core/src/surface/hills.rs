@@ -175,10 +175,7 @@ impl Relief<'_> {
                 around.add(root);
             }
         }
-        around.uphill = walked.1;
-        if walked.1 == NOTHING && on_face {
-            around.uphill = climbed.1;
-        }
+        around.uphill = if on_face && climbed.1 != NOTHING { climbed.1 } else { walked.1 };
         around
     }
 }

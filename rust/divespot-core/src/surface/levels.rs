@@ -19,6 +19,9 @@ const SOME: f64 = 0.25;
 /// So many standard deviations of the noise are no step.
 const CLEAR: f64 = 4.0;
 
+/// What may be the top of a wall is smaller than this share of the largest part.
+const LID: f64 = 0.2;
+
 /// A cell that lies in no part.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -47,10 +50,12 @@ impl Edge {
         (self.up + self.even + self.down + self.open).max(1.0)
     }
 
-    /// Whether it is the top of something that stands on the ground: cliffs all around it and
-    /// nothing that rises from it.
-    pub(crate) fn is_lid(&self) -> bool {
-        self.cliff > 0.5 * self.all() && self.up < 0.1 * self.all()
+    /// Whether it is the top of something that stands on the ground: cliffs around it, where the
+    /// scan does not end, and nothing that rises from it.
+    pub(crate) fn is_lid(&self, largest: usize) -> bool {
+        let small = to_f64(self.cells) < LID * to_f64(largest);
+        let cliffs = self.cliff / self.all();
+        self.up < 0.1 * self.all() && (cliffs > 0.5 || small && cliffs > SOME)
     }
 
     /// Whether it is a top for sure.

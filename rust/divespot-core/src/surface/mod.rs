@@ -1,6 +1,7 @@
 //! The one surface of a scene: what bulk material and the ground under it show to the sky.
 
 mod anywhere;
+mod boards;
 mod columns;
 mod faces;
 mod hills;
@@ -45,6 +46,7 @@ pub fn surface_points(
         anywhere::seed(&grid, &lowest, reach_m, &mut heights_m);
     }
     walk(&columns, &mut heights_m, &needs, reach_m);
+    boards::without_boards(&columns, &mut heights_m, noise_m);
     let taken = faces::taken(&columns, &heights_m, reach_m, noise_m);
     let mut mask = vec![false; points.len()];
     for cell in 0..grid.len() {
@@ -66,9 +68,10 @@ fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
 fn seeds(grid: &Grid, lowest: &[f64]) -> Vec<f64> {
     let slopes = Slopes::of(grid, lowest);
     let levels = Levels::of(grid, lowest, &slopes, &beyond(grid, lowest));
+    let largest = levels.edges.iter().map(|edge| edge.cells).max().unwrap_or(0);
     let seed = |cell: usize| match levels.of[cell] {
         NONE => f64::NAN,
-        part if levels.edges[part as usize].is_lid() => f64::NAN,
+        part if levels.edges[part as usize].is_lid(largest) => f64::NAN,
         _ => lowest[cell],
     };
     (0..grid.len()).map(seed).collect()

@@ -24,7 +24,8 @@ pub(crate) fn reach_m(cell_m: f64, noise_m: f64) -> f64 {
 /// Extends known heights (NaN where none is) cell by cell over the columns.
 ///
 /// Cells are settled in the order in which they agree with the cells around that are settled; of
-/// equal ones the first cell goes first.
+/// equal ones the first cell goes first. Where points rise from a cell, at the foot of a face, the walk
+/// ends.
 pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach_m: f64) {
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| Reverse((0, c))).collect();
@@ -33,20 +34,24 @@ pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reac
             if !heights_m[n].is_nan() {
                 continue;
             }
-            let expected = expected(&columns.grid, heights_m, n);
+            let expected = expected(&columns.grid, heights_m, n, cell, reach_m);
             let near = columns.between(n, expected - reach_m, expected + reach_m);
             if near.len() >= needs[n] as usize {
                 heights_m[n] = mean(near);
-                queue.push(Reverse(((heights_m[n] - expected).abs().to_bits(), n)));
+                if columns.rises(n, heights_m[n], reach_m).is_none() {
+                    queue.push(Reverse(((heights_m[n] - expected).abs().to_bits(), n)));
+                }
             }
         }
     }
 }
 
-/// The mean height of the settled cells around one.
-fn expected(grid: &Grid, heights_m: &[f64], cell: usize) -> f64 {
-    let known = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
-    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+/// The mean height of the settled cells around one that lie on the same surface as that from which
+/// the walk comes.
+fn expected(grid: &Grid, heights_m: &[f64], cell: usize, from: usize, reach_m: f64) -> f64 {
+    let known = grid.around(cell, 1).map(|n| heights_m[n]);
+    let same = known.filter(|h| (h - heights_m[from]).abs() <= 2.0 * reach_m);
+    let (sum, count) = same.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
     sum / count
 }
 

@@ -1,0 +1,97 @@
+"""Where the sensor stood, and whether the coordinates are those of a survey: evidence of up."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from divespot import _native
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.io import Scan
+    from divespot.report import Position
+    from divespot.settings import Settings
+
+#: A scan lies as rays from a place where its spacings are at most this part as uneven in
+#: direction as in space and in plan. Frames of depth cameras have 0.0 to 0.4, of lidars 0.4 to
+#: 0.7; clouds that were fused or flown have 1.0 and more, or see through things.
+MOST_UNEVEN = 0.8
+
+#: Where a file states a place or a raster, it must not speak against it.
+MOST_UNEVEN_STATED = 1.0
+
+#: Points of a raster that are looked at: every so many rows and columns, which keeps it a raster.
+LOOKED_AT = 10_000
+
+SMALLEST = 1e-300
+ORIGIN = (0.0, 0.0, 0.0)
+
+#: Farther than this from the origin, and than so many times the scan's size, lie coordinates of a
+#: projected system: those of grids begin hundreds of kilometres off, those of sensors where they
+#: stand.
+PROJECTED_M = 1e4
+PROJECTED_SIZES = 20.0
+
+#: No ground is higher; in coordinates about the Earth's centre, z is no height.
+HIGHEST_M = 9e3
+
+#: Cameras and hanging lidars see no more than this from the middle of their view, which lies along
+#: an axis of theirs as nearly as the scene fills it; and no farther.
+VIEW_DEG = 70.0
+MIDDLE_DEG = 20.0
+FARTHEST_M = 100.0
+
+
+def sensor_place(
+    scan: Scan, points: NDArray[np.float64], origin: Position, settings: Settings
+) -> Position | None:
+    """Return where the sensor stood, in metres in the scan's frame, where that is known.
+
+    A stated place is in the frame of the points, or the points are still in the sensor's own
+    frame: the one from which they can have been seen. What states none may be a single frame,
+    whose sensor is at the origin. `points` are those of the scan that were seen, about `origin`.
+    """
+    stated = scan.viewpoint_m is not None or scan.raster is not None
+    places = (ORIGIN,) if scan.viewpoint_m is None else (scan.viewpoint_m, ORIGIN)
+    if scan.raster is not None:
+        points, origin, _, _ = _native.seen(_thinned(scan.points, scan.raster), settings.threads)
+    most = MOST_UNEVEN_STATED if stated else MOST_UNEVEN
+    for place in places:
+        from_origin = np.subtract(place, origin).tolist()
+        uneven = _native.unevenness_of_rays(points, from_origin, settings.seed, settings.threads)
+        if uneven is not None and uneven <= most:
+            return place
+    return scan.viewpoint_m
+
+
+def _thinned(points: NDArray[np.floating], raster: tuple[int, int]) -> NDArray[np.floating]:
+    """Return the pixels of every so many rows and columns."""
+    step = max(1, math.isqrt(len(points) // LOOKED_AT))
+    return points.reshape(*raster, 3)[::step, ::step].reshape(-1, 3)
+
+
+def axis_z(places_m: NDArray[np.float64]) -> Literal["up", "ahead", "behind"]:
+    """Return what z may be to a sensor at the origin: it is up where none can have been there.
+
+    All that is seen may lie ahead along z, as in a depth camera's own frame, or along -z, as
+    below a lidar that hangs upright or before a camera in the frame of computer graphics.
+    """
+    range_m = np.maximum(np.linalg.norm(places_m, axis=1), SMALLEST)
+    low, middle, high = np.quantile(places_m / range_m[:, None], (0.01, 0.5, 0.99), axis=0)
+    in_view = math.cos(math.radians(VIEW_DEG))
+    beside = math.hypot(middle[0], middle[1]) > math.sin(math.radians(MIDDLE_DEG))
+    if beside or np.quantile(range_m, 0.99) > FARTHEST_M or max(low[2], -high[2]) < in_view:
+        return "up"
+    return "ahead" if low[2] > 0.0 else "behind"
+
+
+def is_survey(places_m: NDArray[np.float64]) -> bool:
+    """Tell whether places lie where only the coordinates of a projected system do."""
+    low, middle, high = np.quantile(places_m, (0.05, 0.5, 0.95), axis=0)
+    size_m = float((high - low).max())
+    off_m = float(np.abs(middle[:2]).max())
+    return bool(off_m >= max(PROJECTED_M, PROJECTED_SIZES * size_m) and middle[2] <= HIGHEST_M)

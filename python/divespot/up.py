@@ -1,0 +1,223 @@
+"""Which way is up, what says so, and where that conflicts.
+
+In this order: what is given; the side of the ground on which the sensor stood, where that is
+known; z in a projected coordinate system; z where the floor is level in it; the side of the ground
+on which the scan lies. The core's ``ground`` module weighs the planes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.plane import Plane, cone
+from divespot.sensor import ORIGIN, axis_z, is_survey
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from divespot.intake import Cloud
+    from divespot.report import Position, UpFrom
+    from divespot.settings import Settings
+    from divespot.spacing import Survey
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+AXES = {"x": X, "y": Y, "z": Z}
+
+#: What is flatter than this is no slope of bulk material: the ground of a survey is looked for
+#: among such planes.
+LEVEL_DEG = 15.0
+
+#: Beyond this angle to the ground's normal, a direction is no upward one.
+STEEPEST_DEG = 60.0
+
+#: Loaded trucks climb 1 in 6 at most, 9.5°. Where only the coordinates look like those of a survey,
+#: and at least half of the points lie on one plane steeper than this, the scan itself is tilted.
+STEEPEST_YARD_DEG = 10.0
+FLAT_SHARE = 0.5
+
+#: A floor this near to the horizontal counts as level (the core's ``NEARLY_LEVEL_RAD``).
+SMALL_TILT_DEG = 2.0
+
+
+def parse_up(up: str) -> tuple[float, float, float] | None:
+    """Return the direction that `up` names; None for auto.
+
+    Raises
+    ------
+    DivespotError
+        The text is none of auto, x, y, z, -x, -y, -z and a,b,c.
+
+    """
+    if up == "auto":
+        return None
+    if up.lstrip("+-") in AXES and len(up) <= 2:
+        sign = -1.0 if up.startswith("-") else 1.0
+        x, y, z = AXES[up.lstrip("+-")]
+        return sign * x, sign * y, sign * z
+    try:
+        x, y, z = (float(part) for part in up.split(","))
+    except ValueError:
+        raise DivespotError(
+            f"up is {up!r}: auto, x, y, z, -x, -y, -z or three numbers a,b,c are needed"
+        ) from None
+    return x, y, z
+
+
+def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
+    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
+    asked = parse_up(up)
+    if asked is not None:
+        return np.asarray(np.array(asked) / np.linalg.norm(asked))
+    along = np.asarray(normal)
+    nearest = int(np.abs(along).argmax())
+    return np.asarray(np.copysign(1.0, along[nearest]) * np.array([*AXES.values()])[nearest])
+
+
+def angle_deg(a: Position, b: Position) -> float:
+    """Return the angle between a unit vector and another one of any length."""
+    cosine = np.dot(a, b) / np.linalg.norm(b)
+    return math.degrees(math.acos(min(1.0, max(-1.0, float(cosine)))))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What is known of up before the ground is looked for.
+
+    Attributes
+    ----------
+    asked
+        The direction that the settings give, roughly.
+    name
+        What they call it.
+    sensor_m
+        Where the sensor stood, in the cloud's frame.
+    at_origin
+        Whether that is the scan's origin, as in a sensor's own frame.
+    z
+        What z may be to a sensor at the origin.
+    projected
+        Whether the coordinates are those of a projected system.
+    is_stated
+        Whether the scan says so.
+    is_z
+        Whether z is up by it, and nothing given says otherwise.
+
+    """
+
+    asked: Position | None
+    name: str
+    sensor_m: Position | None
+    at_origin: bool
+    z: Literal["up", "ahead", "behind"]
+    projected: bool
+    is_stated: bool
+    is_z: bool
+
+    @classmethod
+    def of(cls, survey: Survey, cloud: Cloud, settings: Settings) -> Evidence:
+        """Collect the evidence."""
+        asked = parse_up(settings.up)
+        places_m = survey.at_m + cloud.origin_m
+        projected = cloud.projected or is_survey(places_m)
+        cone(asked, settings.max_tilt_deg)  # a direction must be one
+        agrees = asked is None or angle_deg(Z, asked) <= settings.max_tilt_deg
+        sensor_m = None
+        if cloud.sensor_m is not None:
+            x, y, z = np.subtract(cloud.sensor_m, cloud.origin_m).tolist()
+            sensor_m = (x, y, z)
+        at_origin = cloud.sensor_m == ORIGIN
+        return cls(
+            asked,
+            settings.up,
+            sensor_m,
+            at_origin,
+            axis_z(places_m),
+            projected,
+            cloud.projected,
+            projected and agrees,
+        )
+
+    def cone(self, max_tilt_deg: float) -> tuple[Position, float] | None:
+        """Return the normals that the ground's plane may have, None for any."""
+        return cone(Z, LEVEL_DEG) if self.is_z else cone(self.asked, max_tilt_deg)
+
+    def is_exact(self, ground: Plane, points: int) -> bool:
+        """Tell whether up is z, whatever the tilt of the ground's plane to it."""
+        is_steep = angle_deg(ground.normal, Z) > STEEPEST_YARD_DEG
+        is_tilted = is_steep and ground.inliers >= FLAT_SHARE * points and not self.is_stated
+        return self.is_z and not is_tilted
+
+
+@dataclass(frozen=True)
+class Up:
+    """What up was taken from, and what speaks against it."""
+
+    evidence: Evidence
+    plane: Plane
+    found_from: UpFrom
+    doubted: bool
+
+    @property
+    def source(self) -> UpFrom:
+        """The evidence that decided."""
+        by_system = self.evidence.is_z and self.evidence.asked is None
+        return "coordinate system" if by_system else self.found_from
+
+    def conflicts(self, threshold_m: float) -> tuple[str, ...]:
+        """Return a sentence for each piece of evidence that says otherwise."""
+        said = (self._with_the_system(), self._with_the_sensor(threshold_m), self._with_the_scan())
+        return tuple(sentence for sentence in said if sentence is not None)
+
+    def _with_the_system(self) -> str | None:
+        if not self.evidence.projected:
+            return None
+        if self.evidence.is_z:
+            return self._tilted()
+        return (
+            f"up was given as {self.evidence.name}, and was taken so, but the coordinates are "
+            "those of a projected system, in which z is up"
+        )
+
+    def _tilted(self) -> str | None:
+        off_deg = angle_deg(self.plane.normal, Z)
+        if off_deg <= STEEPEST_YARD_DEG:
+            return None
+        return (
+            "the coordinates look like those of a projected system, in which z is up, but the "
+            f"ground is a plane {off_deg:.0f}° off: the scan was taken as tilted"
+        )
+
+    def _with_the_sensor(self, threshold_m: float) -> str | None:
+        if self.evidence.sensor_m is None:
+            return None
+        height_m = float(self.plane.heights_m(np.array([self.evidence.sensor_m]))[0])
+        if height_m < -threshold_m:
+            reason = "given" if self.evidence.asked is not None else "z, as of a projected system"
+            return (
+                f"the sensor stood {-height_m:.3g} m below the ground, which it cannot see from "
+                f"there: up was taken as {reason}"
+            )
+        is_level = self.plane.normal[2] < -math.cos(math.radians(SMALL_TILT_DEG))
+        if self.source != "sensor" or self.evidence.at_origin or not is_level:
+            return None
+        return "the floor is level, but the sensor stood below it in z: -z was taken as up"
+
+    def _with_the_scan(self) -> str | None:
+        if not self.doubted or self.source not in REASONS:
+            return None
+        return (
+            f"up was taken from {REASONS[self.source]}, but the scan lies as if it were upside "
+            "down, with much below the ground: if it is, give up"
+        )
+
+
+#: What an uncertain source of up is called in a sentence.
+REASONS = {
+    "sensor": "the place of the sensor",
+    "small tilt": "z, in which the floor is all but level",
+}

@@ -1,0 +1,193 @@
+//! Whether a cloud was taken from one place.
+//!
+//! A sensor sees one range in each direction, and its pixels or pulses lie evenly in directions:
+//! on a surface they lie farther apart with range and slant. A cloud that was fused, flown,
+//! resampled or made from heights lies more evenly in space or in plan than as seen from anywhere.
+
+use crate::count::to_f64;
+use crate::nearest::Tree;
+use crate::parallel::map_chunks;
+use crate::sample::sample;
+use crate::{Point, thread_count};
+
+/// Looked at are so many points, and the neighbourhoods of every tenth of them.
+const DRAWN: usize = 10_000;
+const EVERY: usize = 10;
+/// Fewer have no evenness.
+const FEWEST: usize = 500;
+/// The neighbour whose distance is the local spacing: random points have it to an eighth.
+const NEIGHBOR: usize = 16;
+/// Neighbours in direction whose ranges are compared.
+const BESIDE: usize = 8;
+/// Neighbours in direction are apart where their ranges differ by so many times their distance
+/// across, and by this share of the range, more than any sensor's noise: a surface seen at 6° and
+/// less, or one behind another.
+const APART: f64 = 10.0;
+const NOISE: f64 = 0.02;
+/// The largest share of directions with ranges apart: edges, before they are no longer lines.
+const EDGES: f64 = 0.2;
+/// The share of the points that lies within a sensor's view; the rest may be strays.
+const IN_VIEW: f64 = 0.99;
+/// The half angle of a view, in which perspective tells itself from a parallel projection by a
+/// tenth of an octave; and that of a half space, beyond which no camera sees.
+const VIEW_RAD: (f64, f64) = (0.09, 1.5);
+/// The part of a distribution on either side that its spread leaves out.
+const TAIL: f64 = 0.1;
+
+type Vector = nalgebra::Vector3<f64>;
+
+/// The spread of spacings as seen from a place, divided by the smaller one in space and in plan.
+///
+/// Below 1, the points lie more evenly in direction than anywhere else. `None` where no sensor can
+/// have stood there: it would see one thing behind another, all around itself, or too little.
+#[must_use]
+pub fn unevenness_of_rays(points: &[Point], from: Point, seed: u64, threads: usize) -> Option<f64> {
+    let threads = thread_count(threads);
+    let mut drawn = sample(points, DRAWN, seed, threads);
+    drawn.iter_mut().for_each(|p| (0..3).for_each(|k| p[k] -= from[k]));
+    let axis = view_axis(&drawn).filter(|_| drawn.len() >= FEWEST)?;
+    let rays: Vec<Point> = drawn.iter().map(|p| Vector::from(*p).normalize().into()).collect();
+    if hidden_share(&drawn, &rays, threads) > EDGES {
+        return None;
+    }
+    let plane: Vec<Point> = drawn.iter().map(|p| p.map(|v| v / p[axis])).collect();
+    let plan: Vec<Point> = drawn.iter().map(|p| without(*p, axis)).collect();
+    let spread = |of: &[Point]| spread(of, threads);
+    let seen = spread(&rays).min(spread(&plane));
+    Some(seen / spread(&drawn).min(spread(&plan)).max(f64::MIN_POSITIVE))
+}
+
+/// The coordinate axis nearest to the middle of a view; `None` where the points are in no view.
+fn view_axis(points: &[Point]) -> Option<usize> {
+    let sum: Vector = points.iter().map(|p| Vector::from(*p).normalize()).sum();
+    let middle = sum.try_normalize(0.0)?;
+    let cosines = sorted(points.iter().map(|p| Vector::from(*p).normalize().dot(&middle)));
+    let half_rad = quantile(&cosines, 1.0 - IN_VIEW).clamp(-1.0, 1.0).acos();
+    (VIEW_RAD.0..VIEW_RAD.1).contains(&half_rad).then(|| middle.iamax())
+}
+
+fn without(mut p: Point, axis: usize) -> Point {
+    p[axis] = 0.0;
+    p
+}
+
+/// The share of places next to which, as seen from the origin, something lies at another range.
+fn hidden_share(points: &[Point], rays: &[Point], threads: usize) -> f64 {
+    let range = |row: usize| Vector::from(points[row]).norm();
+    let apart = around(rays, BESIDE, threads, |row, near| {
+        let across =
+            near.iter().map(|&k| distance(&rays[row], &rays[k as usize])).fold(0.0, f64::max);
+        let depth =
+            near.iter().map(|&k| (range(row) - range(k as usize)).abs()).fold(0.0, f64::max);
+        depth > (APART * across).max(NOISE) * range(row)
+    });
+    to_f64(apart.iter().filter(|apart| **apart).count()) / to_f64(apart.len().max(1))
+}
+
+/// How many times wider, as a logarithm, the widest spacings are than the narrowest.
+fn spread(points: &[Point], threads: usize) -> f64 {
+    let spacings = around(points, NEIGHBOR, threads, |row, near| {
+        let farthest = near.last().map_or(0.0, |&k| distance(&points[row], &points[k as usize]));
+        farthest.max(f64::MIN_POSITIVE).ln()
+    });
+    let spacings = sorted(spacings.into_iter());
+    quantile(&spacings, 1.0 - TAIL) - quantile(&spacings, TAIL)
+}
+
+/// What `look` says of every tenth row and the rows of its nearest neighbours.
+fn around<T: Send>(
+    points: &[Point],
+    neighbors: usize,
+    threads: usize,
+    look: impl Fn(usize, &[u32]) -> T + Sync,
+) -> Vec<T> {
+    let tree = Tree::new(points, LEAF, threads);
+    let parts = map_chunks(points.len() / EVERY, CHUNK, threads, |range| {
+        let rows = range.map(|i| i * EVERY);
+        rows.map(|row| look(row, &tree.nearest_rows(&points[row], neighbors + 1)))
+            .collect::<Vec<_>>()
+    });
+    parts.into_iter().flatten().collect()
+}
+
+/// Points in a leaf of the tree, and places that a thread takes at a time.
+const LEAF: usize = 32;
+const CHUNK: usize = 100;
+
+fn distance(a: &Point, b: &Point) -> f64 {
+    (Vector::from(*a) - Vector::from(*b)).norm()
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted
+}
+
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = share * to_f64(sorted.len().saturating_sub(1));
+    sorted.get(place as usize).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::mix;
+
+    fn chance(i: u64) -> f64 {
+        (mix(i) % 1_000_000) as f64 / 1e6
+    }
+
+    /// The height of a heap of 0.3 m on a floor.
+    fn heap(x: f64, y: f64) -> f64 {
+        (0.3 - 0.5 * x.hypot(y)).max(0.0)
+    }
+
+    /// What a camera 2 m above the floor sees that looks down at 45°, with z forward and y up.
+    fn frame() -> Vec<Point> {
+        let slant = std::f64::consts::FRAC_1_SQRT_2;
+        (0..6000)
+            .map(|i| [1.2 * chance(2 * i) - 0.6, 0.9 * chance(2 * i + 1) - 0.45])
+            .map(|[u, v]| {
+                let (ahead, down) = (slant * (1.0 + v), slant * (1.0 - v));
+                let meets = |range: f64| (2.0 - heap(u * range, ahead * range - 2.0)) / down;
+                let range = (0..50).fold(2.0, |range, _| 0.5 * (range + meets(range)));
+                [u * range, v * range, range]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_frame_lies_most_evenly_in_directions() {
+        let share = unevenness_of_rays(&frame(), [0.0; 3], 0, 1).unwrap();
+        assert!(share < 0.7, "{share}");
+    }
+
+    #[test]
+    fn a_cloud_of_even_places_lies_most_evenly_in_plan() {
+        let place = |i: u64| [4.0 * chance(2 * i) - 2.0, 4.0 * chance(2 * i + 1) - 1.0];
+        let points: Vec<Point> =
+            (0..6000).map(place).map(|[x, y]| [x, y, heap(x, y) - 2.0]).collect();
+        let share = unevenness_of_rays(&points, [0.0; 3], 0, 1).unwrap();
+        assert!(share > 0.9, "{share}");
+    }
+
+    #[test]
+    fn what_lies_behind_something_or_all_around_was_not_seen_from_the_origin() {
+        let near = frame();
+        let through: Vec<Point> = near.iter().flat_map(|p| [*p, p.map(|v| 1.7 * v)]).collect();
+        assert_eq!(unevenness_of_rays(&through, [0.0; 3], 0, 1), None);
+        let around: Vec<Point> = near.iter().flat_map(|p| [*p, p.map(|v| -v)]).collect();
+        assert_eq!(unevenness_of_rays(&around, [0.0; 3], 0, 1), None);
+        assert_eq!(unevenness_of_rays(&near[..100], [0.0; 3], 0, 1), None);
+    }
+
+    #[test]
+    fn order_and_threads_change_no_bit() {
+        let points = frame();
+        let mut shuffled = points.clone();
+        shuffled.reverse();
+        let share = unevenness_of_rays(&points, [0.0; 3], 3, 1);
+        assert_eq!(share, unevenness_of_rays(&shuffled, [0.0; 3], 3, 2));
+    }
+}
