@@ -215,3 +215,78 @@ fn negative(object: Object) -> Object {
     let volume = Volume { cut_m3: fill_m3, fill_m3: cut_m3, ..object.volume };
     Object { volume, max_height_m: 0.0, ..object }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, settings};
+    use super::*;
+
+    type Height = fn(f64, f64) -> f64;
+
+    fn cone(x: f64, y: f64, height: f64) -> f64 {
+        height * (1.0 - x.hypot(y)).max(0.0)
+    }
+
+    /// A scan with noise of its own; nothing where the height is none.
+    fn seen(height: impl Fn(f64, f64) -> f64, seed: u64) -> (Grid, Seen) {
+        let map = exact(height);
+        let noise = |i: u64| {
+            0.002 * ((crate::sample::mix(seed + i) >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        let heights_m = (0..).zip(&map.heights_m).map(|(i, h)| h + noise(i)).collect();
+        let counts = map.heights_m.iter().map(|h| if h.is_nan() { 0 } else { 4 }).collect();
+        (map.grid, Seen { heights_m, counts, loose: vec![] })
+    }
+
+    fn objects(later: Height, earlier: Height) -> Vec<Object> {
+        let ((grid, later), (_, earlier)) = (seen(later, 1), seen(earlier, 1 << 40));
+        let surface = Surface::over(grid, earlier.heights_m.clone()).unwrap();
+        let settings = Settings { base: Some(Base::on(surface, 0.0)), ..settings() };
+        measure_difference(&grid, &later, Some(&earlier), &settings).unwrap()
+    }
+
+    #[test]
+    fn what_was_gained_and_what_was_lost_are_apart_and_what_stayed_is_nothing() {
+        let floor: Height = |x, _| 0.1 * x;
+        let found = objects(
+            |x, y| 0.1 * x + cone(x - 2.0, y - 3.0, 0.6) + cone(x - 5.0, y - 4.5, 0.5),
+            |x, y| 0.1 * x + cone(x - 5.0, y - 1.5, 0.3) + cone(x - 5.0, y - 4.5, 0.5),
+        );
+        let truths = [0.6, -0.3].map(|h| std::f64::consts::PI * h / 3.0);
+        assert_eq!(found.len(), 2);
+        for (object, truth) in found.iter().zip(truths) {
+            let off = (object.volume.net_m3() / truth - 1.0).abs();
+            assert!(off < 0.01 && object.reason.is_none(), "{off} {:?}", object.reason);
+            assert!(off < 2.0 * object.budget.combined_m3() / truth.abs());
+        }
+        assert!(found[1].volume.fill_m3 > 50.0 * found[1].volume.cut_m3);
+        assert!(objects(floor, floor).is_empty());
+    }
+
+    #[test]
+    fn a_cloud_that_was_cut_out_counts_as_far_as_it_was_seen() {
+        let inside = |x: f64, y: f64| (x - 4.0).hypot(y - 3.0) < 2.0;
+        let (grid, scan) = seen(|x, y| if inside(x, y) { 1.0 } else { f64::NAN }, 1);
+        let area_m2 = scan.heights_m.iter().filter(|h| !h.is_nan()).count() as f64 * CELL * CELL;
+        let given = Base::plane(0.0, [0.0; 2], 0.0, 0.0, super::super::Kind::Given);
+        let settings = Settings { base: Some(given), ..settings() };
+        let found = measure_difference(&grid, &scan, None, &settings).unwrap();
+        assert_eq!(found.len(), 1);
+        assert!((found[0].volume.net_m3() / area_m2 - 1.0).abs() < 1e-3);
+        assert!(found[0].reason.is_none() && found[0].touches_edge);
+        let ends = |x: f64, y: f64| (x - 4.0).hypot(y - 3.0) > 1.95;
+        let mut half = scan.clone();
+        for cell in 0..grid.len() {
+            let [x, y] = grid.center(cell);
+            half.counts[cell] /= if ends(x, y) { 2 } else { 1 };
+        }
+        let less = measure_difference(&grid, &half, None, &settings).unwrap().remove(0);
+        assert!(less.volume.net_m3() < 0.98 * area_m2, "{}", less.volume.net_m3());
+    }
+
+    #[test]
+    fn a_base_is_needed() {
+        let (grid, scan) = seen(|_, _| 0.0, 1);
+        assert!(measure_difference(&grid, &scan, None, &settings()).is_err());
+    }
+}

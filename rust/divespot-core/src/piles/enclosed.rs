@@ -20,16 +20,20 @@ pub(crate) fn up_to_faces(
     base: &Base,
     margin_m: f64,
 ) -> Patch {
+    let counted: Vec<Part> = (0..patch.zones.len()).map(|cell| patch.counted(cell)).collect();
     let walls = walls(&patch, covered);
     if walls.is_empty() {
         patch.walls.fill(false);
         return patch;
     }
-    let counted: Vec<Part> = (0..patch.zones.len()).map(|cell| patch.counted(cell)).collect();
-    let faces = std::mem::replace(&mut patch.walls, vec![false; counted.len()]);
+    // Of a cell that the line just touches, most may lie behind a wall.
+    for (zone, part) in patch.zones.iter_mut().zip(&counted) {
+        if *zone == Zone::Core && part.share < 0.5 {
+            *zone = Zone::Toe;
+        }
+    }
     for &cell in &walls {
-        patch.walls[cell] = faces[cell];
-        patch.zones[cell] = if faces[cell] { Zone::Toe } else { Zone::Outside };
+        patch.zones[cell] = if patch.walls[cell] { Zone::Toe } else { Zone::Outside };
     }
     let mut patch = continued_to_faces(wall::up_to_walls(patch, base), scene, margin_m);
     for (cell, outlined) in counted.into_iter().enumerate() {

@@ -25,6 +25,11 @@ pub(crate) fn measured(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Vec
     measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings()).unwrap()
 }
 
+/// Nothing but ground.
+fn nothing(map: &HeightMap) -> Found {
+    Found::on_all_else(vec![NOBODY; map.grid.len()])
+}
+
 fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
     (0..map.grid.len()).map(|c| map.grid.center(c)).map(|[x, y]| label(x, y)).collect()
 }
@@ -170,7 +175,9 @@ fn an_outline_cuts_a_wedge_where_it_runs() {
     let square = ring(&[[2.03, 1.07], [5.51, 1.07], [5.51, 4.99], [2.03, 4.99]]);
     let level = Base::ground(0.0, 0.0, 0.0);
     let settings = Settings { base: Some(level), ..settings() };
-    let object = measure_inside(&map.grid, &map.heights_m, &[square], &settings).unwrap().remove(0);
+    let object = measure_inside(&map.grid, &map.heights_m, &[square], &nothing(&map), &settings)
+        .unwrap()
+        .remove(0);
     let truth = 0.125 * (5.51_f64.powi(2) - 2.03_f64.powi(2)) * 3.92;
     assert!((object.volume.net_m3() / truth - 1.0).abs() < 1e-9, "{object:?}");
     assert!((object.footprint_m2 - 3.48 * 3.92).abs() < 1e-9);
@@ -183,7 +190,9 @@ fn the_base_of_an_outline_rests_on_the_ring_outside_and_a_hole_stays_one() {
     let mut region = ring(&[[2.5, 1.5], [5.5, 1.5], [5.5, 4.5], [2.5, 4.5]]);
     let found = |region: &Region| {
         let regions = std::slice::from_ref(region);
-        measure_inside(&map.grid, &map.heights_m, regions, &settings()).unwrap().remove(0)
+        measure_inside(&map.grid, &map.heights_m, regions, &nothing(&map), &settings())
+            .unwrap()
+            .remove(0)
     };
     let whole = found(&region).volume.net_m3();
     assert!((whole / CONE_M3 - 1.0).abs() < 2e-3, "{whole}");
@@ -199,7 +208,7 @@ fn outlines_beyond_the_scan_are_refused_or_flagged() {
     let map = map(cone);
     let inside = |x0: f64, x1: f64| {
         let region = ring(&[[x0, 2.0], [x1, 2.0], [x1, 4.0], [x0, 4.0]]);
-        measure_inside(&map.grid, &map.heights_m, &[region], &settings())
+        measure_inside(&map.grid, &map.heights_m, &[region], &nothing(&map), &settings())
     };
     assert!(inside(20.0, 22.0).is_err());
     let over = inside(6.0, 10.0).unwrap().remove(0);
