@@ -94,11 +94,12 @@ impl Base {
         Self { surface: Some(Arc::new(surface)), ..level }
     }
 
-    /// The same base as nought, for heights above it of this noise.
+    /// The same base as nought, for heights above it of this noise; that of a ground which need not be
+    /// in view tells nothing.
     pub(crate) fn flattened(&self, noise_m: f64) -> Self {
         match &self.surface {
             Some(surface) => Self::on(surface.flattened(), noise_m),
-            None => Self::plane(0.0, [0.0; 2], noise_m, self.u_level_m.max(noise_m), self.kind),
+            None => Self::plane(0.0, [0.0; 2], noise_m, noise_m, self.kind),
         }
     }
 

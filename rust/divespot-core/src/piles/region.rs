@@ -2,10 +2,12 @@
 
 use super::base::FEWEST;
 use super::enclosed::up_to_faces;
+use super::gaps::ANYWHERE;
 use super::object::{Object, base_of, object, on_base};
 use super::patch::{Patch, Reach, Scene, Zone};
+use super::repose::Repose;
 use super::territory::{NOBODY, Territory};
-use super::{Found, Settings, hidden};
+use super::{Budget, Found, Settings, hidden};
 use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
@@ -21,6 +23,8 @@ const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan 
 
 /// Coverage may be off by this much from rounding.
 const ROUNDING: f64 = 1e-6;
+/// What was seen tells nothing of what lies so many cells away.
+const FARTHEST: u32 = 200;
 /// No heap is steeper than two in one; a step is an edge between two surfaces.
 const STEEPEST: f64 = 2.0;
 
@@ -210,6 +214,20 @@ pub fn measure_inside(
     measured.collect()
 }
 
+/// Standard uncertainty of the volume of what was not seen in a region: from the last seen cell on
+/// the surface may rise or fall as bulk material does, up to what hides it.
+fn u_carried_on_m3(patch: &Patch) -> f64 {
+    let seen = |cell: usize| !patch.heights_m[cell].is_nan();
+    let label = |cell: usize| if seen(cell) { OWN } else { NOBODY };
+    let labels: Vec<i32> = (0..patch.zones.len()).map(label).collect();
+    let steps = Territory::grow(&patch.grid, &labels, |cell| !patch.beyond[cell], FARTHEST).steps;
+    let unseen = patch.held().filter(|&cell| !seen(cell) && !patch.beyond[cell]);
+    let away = unseen.map(|cell| {
+        patch.counted(cell).share * f64::from(steps[cell].min(FARTHEST).saturating_sub(1))
+    });
+    Repose::ANY.slope * ANYWHERE * away.sum::<f64>() * patch.grid.cell_m.powi(3)
+}
+
 /// The cells outside the hull of all that was seen, on the surface or off it: what lies between a
 /// surface and the walls around it is no end of the scan.
 fn beyond(grid: &Grid, heights_m: &[f64], covered: &[bool]) -> Vec<bool> {
@@ -269,9 +287,11 @@ fn inside(
     let whole_m2 = region.area_m2().max(f64::MIN_POSITIVE);
     let on_map = object.footprint_m2 / whole_m2;
     let on_map = if on_map > 1.0 - ROUNDING { 1.0 } else { on_map };
+    let filled_m3 = object.budget.filled_m3.hypot(u_carried_on_m3(&patch));
     let within = within * patch.grid.cell_m * patch.grid.cell_m / whole_m2;
     Object {
         outline_m: on_base(&object.base, line),
+        budget: Budget { filled_m3, ..object.budget },
         seen_fraction: object.seen_fraction * on_map,
         touches_edge: within < 1.0 - super::object::CUT_OFF,
         reason: None,
