@@ -231,3 +231,26 @@ def test_outlines_and_bases_go_together(tmp_path: Path) -> None:
     volumes = report.piles[0].volume_by_base_m3 or {}
     assert all(v == pytest.approx(SOLIDS["cone"].volume_m3, rel=0.015) for v in volumes.values())
     assert (report.piles[0].mass_kg or 0) == pytest.approx(774 * volumes["local"], rel=1e-9)
+
+
+def against_a_wall() -> Floats:
+    """Return half a cone against a wall of 1 m at x = 0, and the top of that wall."""
+    rng = np.random.default_rng(4)
+    x, y = rng.uniform(-1.2, 0.0, 40_000), rng.uniform(-1.0, 1.0, 40_000)
+    heap = np.column_stack([x, y, np.clip(0.35 - 0.6 * np.hypot(x, y), 0, None)])
+    face = np.column_stack(
+        [np.zeros(20_000), rng.uniform(-1, 1, 20_000), rng.uniform(0, 1, 20_000)]
+    )
+    face = face[face[:, 2] > 0.35 - 0.6 * abs(face[:, 1])]
+    top = np.column_stack([*rng.uniform((0.0, -1.0), (0.1, 1.0), (3_000, 2)).T, np.ones(3_000)])
+    points = np.concatenate([heap, face, top])
+    return np.asarray(points + rng.normal(0, 0.001, points.shape))
+
+
+@pytest.mark.parametrize("ends_m", [0.0, 0.03, 0.09])
+def test_an_outline_on_or_beyond_a_wall_gives_the_same(ends_m: float, tmp_path: Path) -> None:
+    line = [[-0.8, -0.8], [ends_m, -0.8], [ends_m, 0.8], [-0.8, 0.8], [-0.8, -0.8]]
+    (pile,) = inside(tmp_path, against_a_wall(), polygon(line)).piles
+    truth = np.pi / 2 * (0.35 / 0.6) ** 2 * 0.35 / 3
+    assert abs(pile.volume_m3 - truth) < max(pile.u95_m3, 0.01 * truth)
+    assert pile.u95_m3 < 0.05 * truth
