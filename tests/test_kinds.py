@@ -64,13 +64,13 @@ def _shuffled(points: Floats) -> tuple[Floats, np.ndarray]:
 
 
 def test_neither_order_nor_threads_change_what_lies_on_the_surface() -> None:
-    points = made("standing").points
-    mask = _native.surface_points(points, 0.02, 0.001, 1)
+    points, anywhere = made("standing").points, False
+    mask = _native.surface_points(points, 0.02, 0.001, anywhere, 1)
     assert 0.7 < mask.mean() < 0.97
     shuffled, order = _shuffled(points)
     for threads in (1, 2, 5):
-        assert np.array_equal(_native.surface_points(points, 0.02, 0.001, threads), mask)
-        again = _native.surface_points(shuffled, 0.02, 0.001, threads)
+        assert np.array_equal(_native.surface_points(points, 0.02, 0.001, anywhere, threads), mask)
+        again = _native.surface_points(shuffled, 0.02, 0.001, anywhere, threads)
         assert np.array_equal(again, mask[order])
 
 

@@ -275,3 +275,26 @@ def test_a_pipe_and_a_file_as_large_as_a_disk_are_no_outlines(tmp_path: Path) ->
             divespot.measure(cone(), outline=tmp_path / f"{name}.geojson")
         with pytest.raises(DivespotError, match=r"no regular file|can be read"):
             divespot.measure(cone(), base=f"surface={tmp_path / name}.geojson")
+
+
+def against_a_wall() -> Floats:
+    """Return half a cone against a wall of 1 m at x = 0, and the top of that wall."""
+    rng = np.random.default_rng(4)
+    x, y = rng.uniform(-1.2, 0.0, 40_000), rng.uniform(-1.0, 1.0, 40_000)
+    heap = np.column_stack([x, y, np.clip(0.35 - 0.6 * np.hypot(x, y), 0, None)])
+    face = np.column_stack(
+        [np.zeros(20_000), rng.uniform(-1, 1, 20_000), rng.uniform(0, 1, 20_000)]
+    )
+    face = face[face[:, 2] > 0.35 - 0.6 * abs(face[:, 1])]
+    top = np.column_stack([*rng.uniform((0.0, -1.0), (0.1, 1.0), (3_000, 2)).T, np.ones(3_000)])
+    points = np.concatenate([heap, face, top])
+    return np.asarray(points + rng.normal(0, 0.001, points.shape))
+
+
+@pytest.mark.parametrize("ends_m", [0.0, 0.03, 0.09])
+def test_an_outline_on_or_beyond_a_wall_gives_the_same(ends_m: float, tmp_path: Path) -> None:
+    line = [[-0.8, -0.8], [ends_m, -0.8], [ends_m, 0.8], [-0.8, 0.8], [-0.8, -0.8]]
+    (pile,) = inside(tmp_path, against_a_wall(), polygon(line)).piles
+    truth = np.pi / 2 * (0.35 / 0.6) ** 2 * 0.35 / 3
+    assert abs(pile.volume_m3 - truth) < max(pile.u95_m3, 0.01 * truth)
+    assert pile.u95_m3 < 0.05 * truth

@@ -18,7 +18,7 @@ from divespot.mass import mass_kg
 from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Budget, Outline, Pile
 from divespot.settings import given
-from divespot.surface import NO_GROUND
+from divespot.surface import NO_GROUND, needs_ground
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -78,14 +78,14 @@ def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Setti
         ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
     else:
         ground = _surface(grid, height)
+        if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
+            raise DivespotError(NO_GROUND)
     return ground, settings.grounded(ground.noise_m)
 
 
 def _surface(grid: HeightMap, height_m: float) -> GroundLevel:
     """Return a gentle surface through the ground and beneath what stands on it."""
     hills, is_ground, surface, noise = _native.hills(grid.heights_m, grid.cell_m)
-    if not is_ground.any():
-        raise DivespotError(NO_GROUND)
     surface_m = surface.reshape(grid.heights_m.shape)
     return GroundLevel(height_m, noise, surface_m, hills, is_ground)
 

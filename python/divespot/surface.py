@@ -72,13 +72,18 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
         return Surface(points, ~nothing, nothing)
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
-    anywhere = settings.outline is not None or settings.base.startswith(GIVEN)
+    anywhere = not needs_ground(settings)
     is_on = _native.surface_points(points, cell_m, scan.roughness_m, anywhere, settings.threads)
     is_apart = _apart(points, is_on, scan, settings)
     is_on &= ~is_apart
     if not is_on.any():
         raise DivespotError(NO_GROUND)
     return Surface(points, is_on, is_apart)
+
+
+def needs_ground(settings: Settings) -> bool:
+    """Return whether piles stand on the ground in view, not on a floor that was given."""
+    return settings.outline is None and not settings.base.startswith(GIVEN)
 
 
 def _apart(

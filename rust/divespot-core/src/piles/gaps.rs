@@ -62,11 +62,11 @@ fn closed(
     gaps.retain(|&cell| !patch.beyond[cell]);
     stretch(patch, &mut filled, &gaps);
     gaps.retain(|&cell| {
-        let lower = hidden.covers(cell) && hidden.above_m[cell] < filled[cell];
-        if lower {
-            filled[cell] = hidden.above_m[cell];
-        }
-        !lower
+        // A film from rim to rim is too high in a shadow, and may be too low where it is narrow.
+        let flank_m = if hidden.covers(cell) { hidden.above_m[cell] } else { filled[cell] };
+        let is_shadow = flank_m < filled[cell];
+        filled[cell] = if is_shadow { flank_m } else { filled[cell].midpoint(flank_m) };
+        !is_shadow
     });
     (filled, gaps)
 }

@@ -11,6 +11,7 @@ use super::{Budget, Found, Settings, hidden};
 use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
 
 /// Labels of a region's cells and of those of all others.
 const OWN: i32 = 0;
@@ -23,6 +24,8 @@ const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan 
 
 /// Coverage may be off by this much from rounding.
 const ROUNDING: f64 = 1e-6;
+/// So many cells away, at most, is the surface looked for.
+const NEAREST: [usize; 6] = [1, 2, 4, 8, 16, 32];
 /// What was seen tells nothing of what lies so many cells away.
 const FARTHEST: u32 = 200;
 /// No heap is steeper than two in one; a step is an edge between two surfaces.
@@ -195,10 +198,14 @@ pub fn measure_inside(
         return Err(Error::Degenerate("one label for each cell is needed"));
     }
     let mut scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
-    let mut covered = vec![false; grid.len()];
-    let loose = found.loose.iter().filter(|p| grid.holds(p));
-    loose.for_each(|p| covered[grid.cell(p)] = true);
-    scene.beyond = beyond(grid, &scene.heights_m, &covered);
+    let mut lowest_m = vec![f64::NAN; grid.len()];
+    for p in found.loose.iter().filter(|p| grid.holds(p)) {
+        let lowest = &mut lowest_m[grid.cell(p)];
+        *lowest = lowest.min(p[2]);
+    }
+    scene.beyond = beyond(grid, &scene.heights_m, &lowest_m);
+    let covered: Vec<bool> =
+        (0..grid.len()).map(|c| is_covered(grid, &scene.heights_m, c, lowest_m[c])).collect();
     let parts: Vec<Vec<(usize, Part)>> =
         regions.iter().zip(1..).map(|(region, n)| region.parts(grid, n)).collect::<Result<_>>()?;
     let mut labels = vec![NOBODY; grid.len()];
@@ -230,9 +237,22 @@ fn u_carried_on_m3(patch: &Patch) -> f64 {
 
 /// The cells outside the hull of all that was seen, on the surface or off it: what lies between a
 /// surface and the walls around it is no end of the scan.
-fn beyond(grid: &Grid, heights_m: &[f64], covered: &[bool]) -> Vec<bool> {
-    let seen = heights_m.iter().zip(covered).map(|(&h, &covered)| if covered { 0.0 } else { h });
+fn beyond(grid: &Grid, heights_m: &[f64], loose_m: &[f64]) -> Vec<bool> {
+    let seen = heights_m.iter().zip(loose_m).map(|(&h, &loose)| if h.is_nan() { loose } else { h });
     hidden::beyond(grid, &seen.collect::<Vec<_>>())
+}
+
+/// Whether what lies lowest over a cell off the surface is higher than material could reach from
+/// the nearest cells of the surface: points that the walk did not come to are none that hide it.
+fn is_covered(grid: &Grid, heights_m: &[f64], cell: usize, lowest_m: f64) -> bool {
+    if lowest_m.is_nan() || !heights_m[cell].is_nan() {
+        return false;
+    }
+    let highest = |away: usize| {
+        let seen = grid.around(cell, away).map(|n| heights_m[n]).filter(|h| !h.is_nan());
+        seen.reduce(f64::max).map(|h| h + NEVER_STEEPER * to_f64(away) * grid.cell_m)
+    };
+    NEAREST.into_iter().find_map(highest).is_some_and(|highest| lowest_m > highest)
 }
 
 /// The window around one region, among cells that are taken by any; none where nothing was seen.

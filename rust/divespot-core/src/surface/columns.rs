@@ -168,7 +168,7 @@ mod tests {
             _ => 40,
         };
         let needs = columns([24, 8], |cell| vec![0.0; counts(cell)]).needs();
-        assert!((0..needs.len()).all(|cell| needs[cell] == if cell % 24 < 8 { 3 } else { 10 }));
+        assert!((0..needs.len()).all(|cell| needs[cell] == if cell % 24 < 16 { 3 } else { 10 }));
         let bare = columns([9, 1], |cell| if cell < 8 { vec![0.0] } else { vec![] });
         assert_eq!(bare.needs(), [1; 9]);
     }
