@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import divespot
-from divespot import Report, _native
+from divespot import DivespotError, Report, _native
 from divespot.settings import Settings
 from kinds import KINDS, UTM, Floats, Kind
 from solids import turned
@@ -46,7 +46,11 @@ def test_each_pile_has_its_volume_and_nothing_else_is_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in KINDS if made(name).truth_m3 is None])
 def test_no_volume_is_claimed_where_none_can_be_told(name: str) -> None:
-    report = measured(name)
+    try:
+        report = measured(name)
+    except DivespotError as error:
+        assert "\n" not in str(error)  # noqa: PT017 - the only error there may be
+        return
     assert report.warnings
     assert all(pile.u95_m3 >= NONE_SHARE * pile.volume_m3 for pile in report.piles)
 
