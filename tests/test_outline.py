@@ -183,7 +183,9 @@ def test_what_was_found_can_be_measured_again_inside_its_outline(tmp_path: Path)
     again = divespot.measure(points, outline=path)
     assert volume_m3(again) == pytest.approx(volume_m3(found), rel=0.01)
     assert again.piles[0].name is None
-    assert again.piles[0].footprint_m2 == pytest.approx(found.piles[0].footprint_m2, rel=1e-3)
+    assert volume_m3(again) == pytest.approx(volume_m3(found), abs=0.2 * found.piles[0].u95_m3)
+    # The line runs around the cells of the toe, too.
+    assert again.piles[0].footprint_m2 > found.piles[0].footprint_m2
     with pytest.raises(DivespotError, match="cannot be written"):
         divespot.save_outlines(found, tmp_path / "none" / "x.geojson")
 

@@ -20,6 +20,7 @@ __all__ = [
     "inside",
     "integrate",
     "leveling",
+    "measure_difference",
     "measure_inside",
     "measure_objects",
     "pieces",
@@ -55,7 +56,7 @@ def radius_outlier_mask(
 ) -> NDArray[np.bool_]: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
 def surface_points(
-    points: NDArray[Any], cell_m: float, noise_m: float, threads: int
+    points: NDArray[Any], cell_m: float, noise_m: float, anywhere: bool, threads: int
 ) -> NDArray[np.bool_]: ...
 def hills(
     heights_m: NDArray[np.float64], cell_m: float
@@ -182,8 +183,7 @@ def plane_base(
     level_m: float, tilt: Sequence[float], noise_m: float, u_level_m: float, given: bool
 ) -> RawBase: ...
 def surface_base(
-    points: NDArray[np.float64],
-    shape: tuple[int, ...],
+    heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
     noise_m: float,
@@ -204,11 +204,26 @@ def measure_objects(
     is_apart: NDArray[np.bool_],
     measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
+
+SeenArrays: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float64]]
+
+def measure_difference(
+    later: SeenArrays,
+    earlier: SeenArrays | None,
+    origin_m: Sequence[float],
+    cell_m: float,
+    measuring: Measuring,
+) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def measure_inside(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
     regions: Sequence[Sequence[Sequence[Sequence[float]]]],
+    labels: NDArray[np.int32],
+    ground: NDArray[np.bool_],
+    points: NDArray[np.float64],
+    is_on: NDArray[np.bool_],
+    is_apart: NDArray[np.bool_],
     measuring: Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def first_crossing(line: NDArray[np.float64]) -> int | None: ...

@@ -11,25 +11,22 @@ import numpy as np
 from divespot import _native
 from divespot.base_name import PLAIN, BaseName
 from divespot.errors import DivespotError
-from divespot.filters import radius_filter
-from divespot.io import read, write
+from divespot.io import write
 from divespot.kernels import ground_height
-from divespot.settings import Settings, given
-from divespot.spacing import take_survey
-from divespot.up import upward
+from divespot.settings import given
+from divespot.up import STEEPEST_DEG, upward
 
 if TYPE_CHECKING:
     import os
 
     from numpy.typing import NDArray
 
+    from divespot.earlier import Seen
     from divespot.frame import Frame
     from divespot.grid import HeightMap
     from divespot.objects import GroundLevel
     from divespot.report import Report
-
-#: Beyond this angle to the ground's normal, a direction is no upward one.
-STEEPEST_DEG = 60.0
+    from divespot.settings import Settings
 
 #: A given surface that was not seen below more than this share of what stands on it is told of.
 UNSEEN_SHARE = 0.01
@@ -58,6 +55,7 @@ class _Maker:
     grid: HeightMap
     ground: GroundLevel
     frame: Frame
+    earlier: Seen | None
     settings: Settings
 
     def make(self, text: str) -> _native.RawBase | None:
@@ -113,18 +111,24 @@ class _Maker:
         return _native.plane_base(level_m, tilt, noise, noise, given_height)
 
     def _surface(self, path: str) -> _native.RawBase:
-        grid = self.grid
-        points = _surface_points(path, self.frame, self.settings)
-        shape = grid.heights_m.shape
+        grid, earlier = self.grid, self.earlier
+        if earlier is None:
+            raise DivespotError(f"base surface={path}: it was not read")
         try:
             return _native.surface_base(
-                points, shape, grid.origin_m, grid.cell_m, self.ground.noise_m
+                earlier.grid.heights_m, grid.origin_m, grid.cell_m, self.ground.noise_m
             )
         except DivespotError as error:
             raise DivespotError(f"base surface={path}: {error}") from None
 
 
-def find_bases(grid: HeightMap, ground: GroundLevel, frame: Frame, settings: Settings) -> Bases:
+def find_bases(
+    grid: HeightMap,
+    ground: GroundLevel,
+    frame: Frame,
+    earlier: Seen | None,
+    settings: Settings,
+) -> Bases:
     """Find the base that was asked for, and those to compare it with.
 
     ``plane`` is the ground's plane as fitted; ``peak`` and ``midpeak`` are level with it, as high
@@ -141,7 +145,7 @@ def find_bases(grid: HeightMap, ground: GroundLevel, frame: Frame, settings: Set
         The file cannot be read or shares no place with the scan, or a height lies far from it.
 
     """
-    make = _Maker(grid, ground, frame, settings).make
+    make = _Maker(grid, ground, frame, earlier, settings).make
     chosen = make(settings.base)
     if not settings.compare_bases:
         return Bases(ground, chosen, {})
@@ -157,20 +161,6 @@ def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
         rule="midpoint" if kind == "midpeak" else "lower",
         lower_fraction=settings.lower_fraction,
     )
-
-
-def _surface_points(path: str, frame: Frame, settings: Settings) -> NDArray[np.float64]:
-    """Read points into the level frame, strays removed as those of any scan."""
-    scan = read(path)
-    in_metres = scan.points if scan.unit_stated else scan.points * frame.metres
-    points, origin, _, _ = _native.seen(in_metres, settings.threads)
-    try:
-        own = Settings(min_neighbors=settings.min_neighbors, seed=settings.seed)
-        _, own = take_survey(points, own.changed(threads=settings.threads))
-        kept = points if settings.radius_m == 0.0 else radius_filter(points, own)
-    except DivespotError as error:
-        raise DivespotError(f"{path}: {error}") from None
-    return frame.pose.level(kept + (np.array(origin) - frame.origin_m), settings.threads)
 
 
 def whole_base(

@@ -203,23 +203,27 @@ def measure_objects(
 
     Touching piles are parted; boxes end where the points on their flat top do.
     """
-    is_ground = bases.ground.is_ground
-    measuring = _measuring(_steps(grid, settings.toe_m), grid, bases, settings)
     found = _native.measure_objects(
         grid.heights_m,
         grid.origin_m,
         grid.cell_m,
         labels,
-        labels < 0 if is_ground is None else is_ground,
+        _is_ground(labels, bases),
         surface.points,
         surface.is_on,
         surface.is_apart,
-        measuring,
+        measuring(grid, bases, settings),
     )
     return Measured(*found, tuple(bases.compared))
 
 
+def _is_ground(labels: NDArray[np.int32], bases: Bases) -> NDArray[np.bool_]:
+    is_ground = bases.ground.is_ground
+    return labels < 0 if is_ground is None else is_ground
+
+
 def measure_regions(
+    surface: Surface,
     grid: HeightMap,
     regions: Sequence[Region],
     bases: Bases,
@@ -227,18 +231,29 @@ def measure_regions(
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
-    measuring = _measuring(0, grid, bases, settings)
+    hills = bases.ground.hills
+    labels = np.full(grid.heights_m.size, -1, dtype=np.int32) if hills is None else hills
     try:
-        found = _native.measure_inside(grid.heights_m, grid.origin_m, grid.cell_m, rings, measuring)
+        found = _native.measure_inside(
+            grid.heights_m,
+            grid.origin_m,
+            grid.cell_m,
+            rings,
+            labels,
+            _is_ground(labels, bases),
+            surface.points,
+            surface.is_on,
+            surface.is_apart,
+            measuring(grid, bases, settings),
+        )
     except DivespotError as error:
         raise DivespotError(f"{settings.outline}: {error}") from None
     return Measured(*found, tuple(bases.compared), tuple(region.name for region in regions))
 
 
-def _measuring(
-    toe_cells: int, grid: HeightMap, bases: Bases, settings: Settings
-) -> _native.Measuring:
-    ground = bases.ground
+def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> _native.Measuring:
+    """Return how objects are measured, as the kernels take it."""
+    ground, toe_cells = bases.ground, _steps(grid, settings.toe_m)
     level = (ground.height_m, ground.noise_m, ground.noise_m)
     things = (max(_steps(grid, settings.link_m) - 1, 0), settings.min_cluster_size)
     return toe_cells, settings.ring_share, given(settings.margin_m), level, things, bases.raw()
@@ -322,7 +337,7 @@ def doubts(
         what = f"{len(others)} other objects were found" if others else nothing
         found.append(f"no pile was found: {what}")
     share = pose.plane.inliers / points
-    if share < FLAT_SHARE:
+    if share < FLAT_SHARE and not settings.base.startswith("surface="):
         found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
     found += [
         f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "

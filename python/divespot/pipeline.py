@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from divespot.bases import find_bases, unknown, whole_base
+from divespot.differences import is_held_against, measure_differences
+from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
 from divespot.intake import crop, load
@@ -18,7 +20,7 @@ from divespot.objects import (
     outlines,
 )
 from divespot.outline_file import read_regions
-from divespot.pose import find_pose, ground_in_scan
+from divespot.pose import ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
 from divespot.settings import Settings
@@ -79,19 +81,23 @@ def measure(
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
     points, scan, s = run("strays", drop_strays, points, scan, cloud, s)
-    pose = run("pose", find_pose, points, scan, cloud, s)
+    before = run("earlier scan", read_earlier, cloud, s)
+    pose = run("pose", common_pose, points, scan, before, cloud, s)
     points = run("rotation", pose.level, points, s.threads)
     surface = run("surface", find_surface, points, scan, s)
     grid = run("height map", map_heights, surface, s)
     ground, s = run("ground", find_ground, grid, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit)
-    bases = run("base", find_bases, grid, ground, frame, s)
-    if s.outline is None:
+    earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
+    bases = run("base", find_bases, grid, ground, frame, earlier, s)
+    if s.outline is not None:
+        regions = run("outline", read_regions, s.outline, frame)
+        measured = run("volume", measure_regions, surface, grid, regions, bases, s)
+    elif is_held_against(grid, ground, s):
+        measured = run("volume", measure_differences, surface, grid, earlier, bases, s)
+    else:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
-    else:
-        regions = run("outline", read_regions, s.outline, frame)
-        measured = run("volume", measure_regions, grid, regions, bases, s)
     measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, s)
     base_m = whole_base(grid, bases, measured.base_m, s)

@@ -14,7 +14,7 @@ from divespot.errors import DivespotError
 from divespot.plane import Plane
 from divespot.report import Ground
 from divespot.settings import given
-from divespot.up import Evidence, Up, Z, angle_deg, upward
+from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up, Z, angle_deg, upward
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -62,8 +62,9 @@ def find_pose(
     is z, and nothing is turned: a pit or a terrace would tilt a plane. Elsewhere the ground's own
     plane is laid level; of several the one that has (nearly) nothing below it and on which
     something slopes as bulk material does; see the core's ``ground`` module. The paper takes the
-    largest, which may be a wall. Inside an outline above a given height, where perhaps no ground
-    was seen, level is what is upright to the direction that the height is along.
+    largest, which may be a wall. Inside an outline above a given height, or where only slopes
+    were seen of what stands above it, level is what is upright to the direction that the height is
+    along.
 
     Raises
     ------
@@ -113,7 +114,9 @@ def _upright(
     So it is in a projected system; and the sides of a prism are as high as the base is deep: they
     must run along the base's normal.
     """
-    prisms = settings.outline is not None and settings.base.startswith("height=")
+    asked = evidence.asked
+    steep = asked is not None and LEVEL_DEG < angle_deg(plane.normal, asked) <= STEEPEST_DEG
+    prisms = settings.base.startswith("height=") and (steep or settings.outline is not None)
     is_exact = evidence.is_exact(plane, len(points))
     if not (is_exact or prisms):
         return plane

@@ -24,6 +24,9 @@ NO_GROUND = (
     "around the piles is needed, or a base (height=H or surface=FILE)"
 )
 
+#: Bases that stand whether or not the ground is in view.
+GIVEN = ("height=", "surface=")
+
 #: The walk goes over cells of so many point spacings, that each holds some points.
 WALKED = 2.0
 
@@ -55,6 +58,7 @@ class Surface:
 def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) -> Surface:
     """Walk the surface from the ground; what cannot be reached so stands, hangs or flies.
 
+    With a floor or an outline that was given, the ground need not be in view.
     The paper takes every point for the surface.
 
     Raises
@@ -68,7 +72,8 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
         return Surface(points, ~nothing, nothing)
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
-    is_on = _native.surface_points(points, cell_m, scan.roughness_m, settings.threads)
+    anywhere = settings.outline is not None or settings.base.startswith(GIVEN)
+    is_on = _native.surface_points(points, cell_m, scan.roughness_m, anywhere, settings.threads)
     is_apart = _apart(points, is_on, scan, settings)
     is_on &= ~is_apart
     if not is_on.any():

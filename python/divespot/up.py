@@ -32,6 +32,9 @@ AXES = {"x": X, "y": Y, "z": Z}
 #: among such planes.
 LEVEL_DEG = 15.0
 
+#: Beyond this angle to the ground's normal, a direction is no upward one.
+STEEPEST_DEG = 60.0
+
 #: Loaded trucks climb 1 in 6 at most, 9.5°. Where only the coordinates look like those of a survey,
 #: and at least half of the points lie on one plane steeper than this, the scan itself is tilted.
 STEEPEST_YARD_DEG = 10.0

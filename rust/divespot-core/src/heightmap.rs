@@ -162,14 +162,6 @@ pub fn bounds(points: &[Point]) -> Result<Bounds> {
     Bounds::of(points.iter().copied()).ok_or(none)
 }
 
-/// Averages the points in each cell of a grid that is there already; points off it are left out.
-#[must_use]
-pub fn height_map_on(points: &[Point], grid: Grid) -> HeightMap {
-    let within: Vec<Point> = points.iter().filter(|p| grid.holds(p)).copied().collect();
-    let largest = Bounds::of(within.iter().copied()).map_or(1.0, |b| b.largest());
-    Cells::on(grid, &within, largest).averaged()
-}
-
 /// What the points say of each cell.
 pub(crate) struct Cells {
     pub(crate) grid: Grid,

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
 use crate::errors::raise;
-use crate::piles::grid;
+use crate::piles::{Map, grid};
 
 /// What objects stand on, where it is not the ground around each.
 #[pyclass(frozen)]
@@ -41,18 +41,16 @@ pub(crate) fn plane_base(
     RawBase(Base::plane(level_m, tilt, noise_m, u_level_m, kind))
 }
 
-/// The surface through points of the level frame.
+/// The surface through heights of the level frame, NaN where nothing was seen.
 #[pyfunction]
 pub(crate) fn surface_base(
     py: Python<'_>,
-    points: ReadonlyArray2<'_, f64>,
-    shape: (usize, usize),
+    heights_m: ReadonlyArray2<'_, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
     noise_m: f64,
 ) -> PyResult<RawBase> {
-    let (points, _) = points.as_slice()?.as_chunks::<3>();
-    let surface =
-        py.detach(|| Surface::through(points, grid(shape, origin_m, cell_m))).map_err(raise)?;
+    let Map { grid, heights_m } = Map::new(&heights_m, origin_m, cell_m);
+    let surface = py.detach(|| Surface::over(grid, heights_m)).map_err(raise)?;
     Ok(RawBase(Base::on(surface, noise_m)))
 }

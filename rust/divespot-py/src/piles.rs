@@ -1,5 +1,5 @@
 use divespot_core::heightmap::Grid;
-use divespot_core::piles::{self, Base, Found, Kind, Object, Reason, Region, Settings};
+use divespot_core::piles::{self, Base, Found, Kind, Object, Reason, Region, Seen, Settings};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -176,6 +176,18 @@ pub(crate) fn measure_objects<'py>(
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
+    let found = found(&labels, &ground, &points, &is_on, &is_apart)?;
+    let settings = settings(measuring);
+    measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
+}
+
+fn found(
+    labels: &ReadonlyArray1<'_, i32>,
+    ground: &ReadonlyArray1<'_, bool>,
+    points: &ReadonlyArray2<'_, f64>,
+    is_on: &ReadonlyArray1<'_, bool>,
+    is_apart: &ReadonlyArray1<'_, bool>,
+) -> PyResult<Found> {
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground: Vec<bool> = ground.as_array().iter().copied().collect();
     let on = is_on.as_array();
@@ -183,23 +195,59 @@ pub(crate) fn measure_objects<'py>(
     let part = |on: bool| all.clone().filter(move |(_, is)| **is == on).map(|(p, _)| *p).collect();
     let apart = is_apart.as_array();
     let apart = apart.iter().zip(on).filter(|(_, on)| !**on).map(|(apart, _)| *apart).collect();
-    let found = Found { labels, ground, surface: part(true), loose: part(false), apart };
+    Ok(Found { labels, ground, surface: part(true), loose: part(false), apart })
+}
+
+/// Heights, points in each cell, and points off the surface.
+type SeenArrays<'py> =
+    (ReadonlyArray2<'py, f64>, ReadonlyArray2<'py, u32>, ReadonlyArray2<'py, f64>);
+
+fn seen((heights_m, counts, loose): &SeenArrays<'_>) -> PyResult<Seen> {
+    Ok(Seen {
+        heights_m: heights_m.as_array().iter().copied().collect(),
+        counts: counts.as_array().iter().copied().collect(),
+        loose: loose.as_slice()?.as_chunks::<3>().0.to_vec(),
+    })
+}
+
+/// As `measure_objects`, wherever a scan differs from the base in force; from an earlier scan both
+/// ways.
+#[pyfunction]
+pub(crate) fn measure_difference<'py>(
+    py: Python<'py>,
+    later: SeenArrays<'py>,
+    earlier: Option<SeenArrays<'py>>,
+    origin_m: [f64; 2],
+    cell_m: f64,
+    measuring: Measuring<'py>,
+) -> PyResult<Measured<'py>> {
+    let map = Map::new(&later.0, origin_m, cell_m);
+    let (later, earlier) = (seen(&later)?, earlier.as_ref().map(seen).transpose()?);
     let settings = settings(measuring);
-    measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
+    measured(py, &map, || piles::measure_difference(&map.grid, &later, earlier.as_ref(), &settings))
 }
 
 /// As `measure_objects`, inside outlines; those of a region first go around it, then its holes.
 #[pyfunction]
+#[allow(clippy::too_many_arguments)] // one for each of the things that were found
 pub(crate) fn measure_inside<'py>(
     py: Python<'py>,
     heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
     regions: Vec<Vec<Vec<[f64; 2]>>>,
+    labels: ReadonlyArray1<'py, i32>,
+    ground: ReadonlyArray1<'py, bool>,
+    points: ReadonlyArray2<'py, f64>,
+    is_on: ReadonlyArray1<'py, bool>,
+    is_apart: ReadonlyArray1<'py, bool>,
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let regions: Vec<Region> = regions.into_iter().map(|rings| Region { rings }).collect();
+    let found = found(&labels, &ground, &points, &is_on, &is_apart)?;
     let settings = settings(measuring);
-    measured(py, &map, || piles::measure_inside(&map.grid, &map.heights_m, &regions, &settings))
+    measured(py, &map, || {
+        piles::measure_inside(&map.grid, &map.heights_m, &regions, &found, &settings)
+    })
 }

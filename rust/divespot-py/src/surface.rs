@@ -7,18 +7,20 @@ use crate::errors::raise;
 use crate::piles::Map;
 use crate::points::{Column, cloud};
 
-/// Which points lie on the surface that can be walked from the ground.
+/// Which points lie on the surface that can be walked from the ground, or from anywhere.
 #[pyfunction]
 pub(crate) fn surface_points<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
     cell_m: f64,
     noise_m: f64,
+    anywhere: bool,
     threads: usize,
 ) -> PyResult<Column<'py, bool>> {
     let (cloud, _) = cloud(points, threads)?;
-    let mask =
-        py.detach(|| surface::surface_points(&cloud.points, cell_m, noise_m)).map_err(raise)?;
+    let mask = py
+        .detach(|| surface::surface_points(&cloud.points, cell_m, noise_m, anywhere))
+        .map_err(raise)?;
     Ok(mask.into_pyarray(py))
 }
 

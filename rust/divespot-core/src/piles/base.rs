@@ -98,6 +98,15 @@ impl Base {
         Self { surface: Some(Arc::new(surface)), ..level }
     }
 
+    /// The same base as nought, for heights above it of this noise; that of a ground which need not be
+    /// in view tells nothing.
+    pub(crate) fn flattened(&self, noise_m: f64) -> Self {
+        match &self.surface {
+            Some(surface) => Self::on(surface.flattened(), noise_m),
+            None => Self::plane(0.0, [0.0; 2], noise_m, noise_m, self.kind),
+        }
+    }
+
     /// The base's height.
     #[must_use]
     pub fn at(&self, p: [f64; 2]) -> f64 {

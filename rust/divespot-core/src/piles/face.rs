@@ -306,7 +306,7 @@ mod tests {
     }
 
     fn pile(points: &[Point]) -> Object {
-        let kept = surface_points(points, CELL, 0.0).unwrap();
+        let kept = surface_points(points, CELL, 0.0, false).unwrap();
         let on =
             |is: bool| points.iter().zip(&kept).filter(move |(_, k)| **k == is).map(|(p, _)| *p);
         let surface: Vec<Point> = on(true).collect();

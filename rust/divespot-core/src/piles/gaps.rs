@@ -6,7 +6,7 @@ use super::repose::Repose;
 use crate::film::{Node, relax};
 
 /// Standard deviation of what lies anywhere within one of the middle (GUM 4.3.7).
-const ANYWHERE: f64 = 0.577;
+pub(crate) const ANYWHERE: f64 = 0.577;
 
 /// Heights above the base with the gaps closed.
 pub(crate) struct Filled {

@@ -79,7 +79,7 @@ pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settin
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
         covers_m: covered.iter().map(|&cell| raised(patch, cell, filled[cell])).collect(),
         centroid_m: centroid(patch, &base, &covered, filled),
-        outline_m: on_base(&base, outline::outline(&patch.grid, &footprint)),
+        outline_m: on_base(&base, outline::outline(&patch.grid, &with_toe(patch, &footprint))),
         base_m: on_base(&base, patch.held().map(|cell| patch.grid.center(cell)).collect()),
         seen_fraction,
         touches_edge: touches_edge(patch),
@@ -101,7 +101,7 @@ pub(crate) fn why_no_pile(found: &Patch, ground: &Base, settings: &Settings) -> 
 }
 
 /// The base that was asked for, as it is below this object.
-fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> Base {
+pub(crate) fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> Base {
     let Some(base) = wanted else {
         return ring_base(patch).unwrap_or_else(|| settings.ground.clone());
     };
@@ -139,6 +139,13 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
         Zone::Outside | Zone::Ring | Zone::Beyond => false,
     };
     (0..patch.zones.len()).map(covers).collect()
+}
+
+/// The footprint with the cells of the toe around it: a line along it would cut the toe off.
+fn with_toe(patch: &Patch, footprint: &[bool]) -> Vec<bool> {
+    let toe = |cell: usize| patch.zones[cell] == Zone::Toe && patch.counted(cell).share > 0.0;
+    let beside = |cell: usize| patch.around(cell, 1).any(|n| footprint[n]);
+    (0..footprint.len()).map(|c| footprint[c] || toe(c) && beside(c)).collect()
 }
 
 fn raised(patch: &Patch, cell: usize, height_m: f64) -> [f64; 3] {

@@ -1,9 +1,13 @@
 //! Measuring inside given outlines instead of finding objects.
 
-use super::object::{Object, object, on_base};
+use super::base::FEWEST;
+use super::enclosed::up_to_faces;
+use super::gaps::ANYWHERE;
+use super::object::{Object, base_of, object, on_base};
 use super::patch::{Patch, Reach, Scene, Zone};
+use super::repose::Repose;
 use super::territory::{NOBODY, Territory};
-use super::{Found, Settings};
+use super::{Budget, Found, Settings, hidden};
 use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
@@ -19,6 +23,8 @@ const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan 
 
 /// Coverage may be off by this much from rounding.
 const ROUNDING: f64 = 1e-6;
+/// What was seen tells nothing of what lies so many cells away.
+const FARTHEST: u32 = 200;
 /// No heap is steeper than two in one; a step is an edge between two surfaces.
 const STEEPEST: f64 = 2.0;
 
@@ -171,8 +177,8 @@ fn slope(patch: &Patch, heights: &[f64], cell: usize, k: usize) -> f64 {
 
 /// Measures what lies inside each region, in their order; each is called a pile.
 ///
-/// The local base of a region rests on the ring of ground just outside of it, as far as that is
-/// no other region.
+/// The local base of a region rests on the ring of ground that a pile in it would have, as far as
+/// that is no other region. Walls in a region, and what they hide, do not count.
 ///
 /// # Errors
 ///
@@ -182,27 +188,57 @@ pub fn measure_inside(
     grid: &Grid,
     heights_m: &[f64],
     regions: &[Region],
+    found: &Found,
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    let nothing = Found::on_all_else(vec![NOBODY; grid.len()]);
-    let scene = Scene::new(grid, heights_m, &nothing, settings.margin_m)?;
+    if found.labels.len() != grid.len() || found.ground.len() != grid.len() {
+        return Err(Error::Degenerate("one label for each cell is needed"));
+    }
+    let mut scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
+    let mut covered = vec![false; grid.len()];
+    let loose = found.loose.iter().filter(|p| grid.holds(p));
+    loose.for_each(|p| covered[grid.cell(p)] = true);
+    scene.beyond = beyond(grid, &scene.heights_m, &covered);
     let parts: Vec<Vec<(usize, Part)>> =
         regions.iter().zip(1..).map(|(region, n)| region.parts(grid, n)).collect::<Result<_>>()?;
     let mut labels = vec![NOBODY; grid.len()];
     parts.iter().flatten().for_each(|(cell, _)| labels[*cell] = OTHERS);
-    let settings = Settings { toe_cells: 0, ..settings.clone() };
     let measured = (0i32..).zip(regions.iter().zip(&parts)).map(|(label, (region, parts))| {
         let number = label as usize + 1;
         let nothing = Error::Outline { number, problem: NOTHING };
-        let patch = patch(&scene, &labels, parts, &settings).ok_or(nothing)?;
-        Ok(inside(label, region, &patch, &settings))
+        let patch = patch(&scene, found, &labels, parts, settings).ok_or(nothing)?;
+        let settings = Settings { toe_cells: 0, ..settings.clone() };
+        let in_it = |p: [f64; 2]| covered[grid.cell(&p)];
+        Ok(inside(label, region, patch, in_it, &scene, &settings))
     });
     measured.collect()
+}
+
+/// Standard uncertainty of the volume of what was not seen in a region: from the last seen cell on
+/// the surface may rise or fall as bulk material does, up to what hides it.
+fn u_carried_on_m3(patch: &Patch) -> f64 {
+    let seen = |cell: usize| !patch.heights_m[cell].is_nan();
+    let label = |cell: usize| if seen(cell) { OWN } else { NOBODY };
+    let labels: Vec<i32> = (0..patch.zones.len()).map(label).collect();
+    let steps = Territory::grow(&patch.grid, &labels, |cell| !patch.beyond[cell], FARTHEST).steps;
+    let unseen = patch.held().filter(|&cell| !seen(cell) && !patch.beyond[cell]);
+    let away = unseen.map(|cell| {
+        patch.counted(cell).share * f64::from(steps[cell].min(FARTHEST).saturating_sub(1))
+    });
+    Repose::ANY.slope * ANYWHERE * away.sum::<f64>() * patch.grid.cell_m.powi(3)
+}
+
+/// The cells outside the hull of all that was seen, on the surface or off it: what lies between a
+/// surface and the walls around it is no end of the scan.
+fn beyond(grid: &Grid, heights_m: &[f64], covered: &[bool]) -> Vec<bool> {
+    let seen = heights_m.iter().zip(covered).map(|(&h, &covered)| if covered { 0.0 } else { h });
+    hidden::beyond(grid, &seen.collect::<Vec<_>>())
 }
 
 /// The window around one region, among cells that are taken by any; none where nothing was seen.
 fn patch(
     scene: &Scene<'_>,
+    found: &Found,
     taken: &[i32],
     parts: &[(usize, Part)],
     settings: &Settings,
@@ -215,26 +251,47 @@ fn patch(
     for &(cell, part) in parts {
         (labels[cell], counts[cell]) = (OWN, part);
     }
-    let reach = Reach::each(&labels, 0, settings.ring_share);
+    let reach = Reach::each(&labels, settings.toe_cells, settings.ring_share);
     let territory = Territory::grow(scene.grid, &labels, |_| true, reach[0].farthest());
     let (_, mut patch) = Patch::all(scene, &labels, &territory, &reach).into_iter().next()?;
     patch.count_parts(|center| counts[scene.grid.cell(&center)]);
+    let grounded = |cell: usize| found.ground[scene.grid.cell(&patch.grid.center(cell))];
+    let ring = patch.cells(Zone::Ring).filter(|&cell| grounded(cell)).count();
+    let zones = (0..patch.zones.len()).map(|cell| match patch.zones[cell] {
+        Zone::Toe => Zone::Outside,
+        Zone::Ring | Zone::Beyond if ring >= FEWEST && !grounded(cell) => Zone::Outside,
+        zone => zone,
+    });
+    patch.zones = zones.collect();
     Some(patch)
 }
 
 /// The object inside a region: whatever it looks like, it is what was asked for.
-fn inside(label: i32, region: &Region, patch: &Patch, settings: &Settings) -> Object {
-    let object = object(label, patch, patch, settings);
+fn inside(
+    label: i32,
+    region: &Region,
+    patch: Patch,
+    covered: impl Fn([f64; 2]) -> bool,
+    scene: &Scene<'_>,
+    settings: &Settings,
+) -> Object {
+    let within: f64 = patch
+        .held()
+        .filter(|&cell| !patch.beyond[cell])
+        .map(|cell| patch.counted(cell).share)
+        .sum();
+    let base = base_of(&patch, settings.base.as_ref(), settings);
+    let patch = up_to_faces(patch, covered, scene, &base, settings.margin_m);
+    let object = object(label, &patch, &patch, settings);
     let line = region.rings.first().cloned().unwrap_or_default();
     let whole_m2 = region.area_m2().max(f64::MIN_POSITIVE);
     let on_map = object.footprint_m2 / whole_m2;
     let on_map = if on_map > 1.0 - ROUNDING { 1.0 } else { on_map };
-    let area = patch.grid.cell_m * patch.grid.cell_m;
-    let held =
-        patch.cells(Zone::Core).filter(|&c| !patch.beyond[c]).map(|c| patch.counted(c).share);
-    let within = held.sum::<f64>() * area / whole_m2;
+    let filled_m3 = object.budget.filled_m3.hypot(u_carried_on_m3(&patch));
+    let within = within * patch.grid.cell_m * patch.grid.cell_m / whole_m2;
     Object {
         outline_m: on_base(&object.base, line),
+        budget: Budget { filled_m3, ..object.budget },
         seen_fraction: object.seen_fraction * on_map,
         touches_edge: within < 1.0 - super::object::CUT_OFF,
         reason: None,

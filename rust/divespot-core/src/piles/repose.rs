@@ -20,10 +20,10 @@ pub(crate) struct Repose {
     pub(crate) u_slope: f64,
 }
 
-/// What bulk material does: 20° to 45°, each angle as likely as the other (GUM 4.3.7).
-const ANY: Repose = Repose { slope: 0.637, u_slope: 0.178 };
-
 impl Repose {
+    /// What bulk material does: 20° to 45°, each angle as likely as the other (GUM 4.3.7).
+    pub(crate) const ANY: Self = Self { slope: 0.637, u_slope: 0.178 };
+
     /// The slope of the pile on `cells`, whose heights are `height`; NaN where nothing was seen.
     ///
     /// The flanks differ by their scatter, and so may the one that is hidden.
@@ -33,7 +33,7 @@ impl Repose {
         let slopes = cells.iter().map(|&cell| band.slope(cell, reach));
         let flanks: Vec<f64> = slopes.filter(|s| (FLANK.0..FLANK.1).contains(s)).collect();
         if flanks.len() < FEWEST {
-            return ANY;
+            return Self::ANY;
         }
         let slope = median(flanks.clone());
         let off: Vec<f64> = flanks.iter().map(|s| s - slope).collect();
@@ -108,8 +108,8 @@ mod tests {
         let cells: Vec<usize> = (0..GRID.len()).filter(|&cell| cone(cell) > 0.0).collect();
         let repose = Repose::of(&GRID, &cells, cone);
         assert!((repose.slope - 0.45).abs() < 0.005 && repose.u_slope < 0.01, "{repose:?}");
-        assert_eq!(Repose::of(&GRID, &cells, |_| 1.0), ANY);
-        assert_eq!(Repose::of(&GRID, &cells, |_| f64::NAN), ANY);
+        assert_eq!(Repose::of(&GRID, &cells, |_| 1.0), Repose::ANY);
+        assert_eq!(Repose::of(&GRID, &cells, |_| f64::NAN), Repose::ANY);
         assert!(repose.steeper(1.0) > repose.slope && repose.steeper(-1e9) > 0.0);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::base::Base;
 use super::territory::FOUR;
-use crate::heightmap::{Grid, HeightMap, height_map_on};
+use crate::heightmap::Grid;
 use crate::robust::{median, scale};
 use crate::{Error, Point, Result};
 
@@ -22,20 +22,23 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The surface through `points` on the cells of `grid`.
+    /// The surface through the `heights_m` that were seen in the cells of `grid`; NaN elsewhere.
     ///
-    /// A cell without points beside cells with some has their mean and counts as known: two grids
-    /// never quite agree. All others lie on a film across what was seen, with the floor's own
-    /// departures from a plane as their uncertainty.
+    /// An unseen cell beside seen ones has their mean and counts as known: two grids never quite
+    /// agree. All others lie on a film across what was seen, with the floor's own departures from a
+    /// plane as their uncertainty.
     ///
     /// # Errors
     ///
-    /// Too few points above or below the grid for a surface.
-    pub fn through(points: &[Point], grid: Grid) -> Result<Self> {
-        let mut map = height_map_on(points, grid);
-        let noise_m = noise(&map);
-        close_small_gaps(&mut map);
-        let seen: Vec<Point> = (0..grid.len()).filter_map(|cell| place(&map, cell)).collect();
+    /// Too few heights for a surface.
+    pub fn over(grid: Grid, mut heights_m: Vec<f64>) -> Result<Self> {
+        let noise_m = noise(&grid, &heights_m, 1);
+        close_small_gaps(&grid, &mut heights_m);
+        let place = |cell: usize| {
+            let [x, y] = grid.center(cell);
+            (!heights_m[cell].is_nan()).then_some([x, y, heights_m[cell]])
+        };
+        let seen: Vec<Point> = (0..grid.len()).filter_map(place).collect();
         let plane = Base::around(middle(&seen), &seen, grid.cell_m).ok_or(Error::TooFewPoints {
             what: "a surface that shares its place with the scan",
             given: seen.len(),
@@ -43,11 +46,16 @@ impl Surface {
         })?;
         let u_unknown_m = plane.noise_m;
         let film = plane.with_film(&grid, &seen);
-        let known: Vec<bool> = map.heights_m.iter().map(|h| !h.is_nan()).collect();
-        for (cell, height) in map.heights_m.iter_mut().enumerate().filter(|(_, h)| h.is_nan()) {
+        let known: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
+        for (cell, height) in heights_m.iter_mut().enumerate().filter(|(_, h)| h.is_nan()) {
             *height = film.at(grid.center(cell));
         }
-        Ok(Self { grid, heights_m: map.heights_m, known, noise_m, u_unknown_m })
+        Ok(Self { grid, heights_m, known, noise_m, u_unknown_m })
+    }
+
+    /// The same as nought, without noise: that of the heights above it has both.
+    pub(crate) fn flattened(&self) -> Self {
+        Self { heights_m: vec![0.0; self.heights_m.len()], noise_m: 0.0, ..self.clone() }
     }
 
     /// Whether the surface rests on what was seen at a place of the grid.
@@ -64,45 +72,40 @@ impl Surface {
     }
 }
 
-fn place(map: &HeightMap, cell: usize) -> Option<Point> {
-    let [x, y] = map.grid.center(cell);
-    (!map.heights_m[cell].is_nan()).then_some([x, y, map.heights_m[cell]])
-}
-
 fn middle(seen: &[Point]) -> [f64; 2] {
     [0, 1].map(|k| median(seen.iter().map(|p| p[k]).collect()))
 }
 
-/// The heights of the four neighbours that were seen.
-fn neighbors(map: &HeightMap, cell: usize) -> Vec<f64> {
-    let next = FOUR.iter().filter_map(|&(dx, dy)| map.grid.neighbor(cell, dx, dy));
-    next.map(|n| map.heights_m[n]).filter(|h| !h.is_nan()).collect()
+/// The heights of the four cells around one, so far away, that were seen.
+fn neighbors(grid: &Grid, heights_m: &[f64], cell: usize, away: isize) -> Vec<f64> {
+    let next = FOUR.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, away * dx, away * dy));
+    next.map(|n| heights_m[n]).filter(|h| !h.is_nan()).collect()
 }
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The noise of a cell, from how far it stands off the mean of its neighbours: waves do not count.
-fn noise(map: &HeightMap) -> f64 {
-    let off = (0..map.grid.len()).filter_map(|cell| {
-        let around = neighbors(map, cell);
-        let off = map.heights_m[cell] - mean(&around);
+/// The noise of a cell, from how far it stands off the mean of its neighbours, so many cells away:
+/// slopes and long waves do not count.
+pub(crate) fn noise(grid: &Grid, heights_m: &[f64], away: isize) -> f64 {
+    let off = (0..grid.len()).filter_map(|cell| {
+        let around = neighbors(grid, heights_m, cell, away);
+        let off = heights_m[cell] - mean(&around);
         (around.len() == FOUR.len() && !off.is_nan()).then_some(off)
     });
     scale(off) / OF_FOUR
 }
 
 /// Gives cells without points the mean of two seen neighbours or more.
-fn close_small_gaps(map: &mut HeightMap) {
-    let gap = |cell: &usize| map.heights_m[*cell].is_nan();
-    let closed: Vec<(usize, f64)> = (0..map.grid.len())
-        .filter(gap)
-        .map(|cell| (cell, neighbors(map, cell)))
+fn close_small_gaps(grid: &Grid, heights_m: &mut [f64]) {
+    let closed: Vec<(usize, f64)> = (0..grid.len())
+        .filter(|&cell| heights_m[cell].is_nan())
+        .map(|cell| (cell, neighbors(grid, heights_m, cell, 1)))
         .filter(|(_, around)| around.len() > 1)
         .map(|(cell, around)| (cell, mean(&around)))
         .collect();
-    closed.into_iter().for_each(|(cell, height)| map.heights_m[cell] = height);
+    closed.into_iter().for_each(|(cell, height)| heights_m[cell] = height);
 }
 
 #[cfg(test)]
@@ -111,9 +114,8 @@ mod tests {
 
     const GRID: Grid = Grid { origin_m: [-4.0, 3.0], cell_m: 0.125, columns: 64, rows: 48 };
 
-    fn points(height: impl Fn(f64, f64) -> f64) -> Vec<Point> {
-        let at = |cell| GRID.center(cell);
-        (0..GRID.len()).map(at).map(|[x, y]| [x, y, height(x, y)]).collect()
+    fn heights(height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        (0..GRID.len()).map(|cell| GRID.center(cell)).map(|[x, y]| height(x, y)).collect()
     }
 
     fn wave(x: f64, y: f64) -> f64 {
@@ -122,35 +124,35 @@ mod tests {
 
     #[test]
     fn cells_keep_their_height_and_a_single_gap_is_closed() {
-        let mut floor = points(wave);
-        floor.remove(20 * 64 + 20);
-        let surface = Surface::through(&floor, GRID).unwrap();
-        assert!((0..GRID.len()).all(|cell| surface.is_known(GRID.center(cell))));
-        for p in points(wave) {
-            assert!((surface.at([p[0], p[1]]) - p[2]).abs() < 1e-4);
+        let mut floor = heights(wave);
+        floor[20 * 64 + 20] = f64::NAN;
+        let surface = Surface::over(GRID, floor).unwrap();
+        for cell in 0..GRID.len() {
+            let [x, y] = GRID.center(cell);
+            assert!(surface.is_known([x, y]));
+            assert!((surface.at([x, y]) - wave(x, y)).abs() < 1e-4);
         }
-        assert!(surface.noise_m < 1e-4);
+        assert!(surface.noise_m < 1e-3);
     }
 
     #[test]
     fn a_hole_is_crossed_and_paid_for() {
-        let hole = |p: &Point| (p[0] - 1.0).hypot(p[1] - 6.0) < 0.8;
-        let floor: Vec<Point> = points(wave).into_iter().filter(|p| !hole(p)).collect();
-        let surface = Surface::through(&floor, GRID).unwrap();
+        let hole = |x: f64, y: f64| (x - 1.0).hypot(y - 6.0) < 0.8;
+        let floor = heights(|x, y| if hole(x, y) { f64::NAN } else { wave(x, y) });
+        let surface = Surface::over(GRID, floor).unwrap();
         assert!((surface.at([1.0, 6.0]) - wave(1.0, 6.0)).abs() < 0.004);
         let u = surface.u_unknown_m([1.0, 6.0]);
         assert!(u > 0.002 && u < 0.02 && surface.u_unknown_m([-2.0, 4.0]) == 0.0, "{u}");
     }
 
     #[test]
-    fn noise_is_told_from_waves_and_points_elsewhere_are_none() {
+    fn noise_is_told_from_waves_and_nothing_seen_is_no_surface() {
         let uniform = |i: u64| (crate::sample::mix(i) >> 11) as f64 / (1_u64 << 53) as f64;
-        let mut rough = points(wave);
-        (0..).zip(&mut rough).for_each(|(i, p)| p[2] += 0.006 * (uniform(i) - 0.5));
-        let surface = Surface::through(&rough, GRID).unwrap();
+        let mut rough = heights(wave);
+        (0..).zip(&mut rough).for_each(|(i, h)| *h += 0.006 * (uniform(i) - 0.5));
+        let surface = Surface::over(GRID, rough).unwrap();
         assert!((surface.noise_m / 0.0017 - 1.0).abs() < 0.25, "{}", surface.noise_m);
-        let away: Vec<Point> = points(wave).iter().map(|p| [p[0] + 9.0, p[1], p[2]]).collect();
-        let found = Surface::through(&away, GRID);
+        let found = Surface::over(GRID, vec![f64::NAN; GRID.len()]);
         assert!(matches!(found, Err(Error::TooFewPoints { given: 0, .. })));
     }
 }

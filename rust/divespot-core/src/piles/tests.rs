@@ -25,6 +25,11 @@ pub(crate) fn measured(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Vec
     measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings()).unwrap()
 }
 
+/// Nothing but ground.
+fn nothing(map: &HeightMap) -> Found {
+    Found::on_all_else(vec![NOBODY; map.grid.len()])
+}
+
 fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
     (0..map.grid.len()).map(|c| map.grid.center(c)).map(|[x, y]| label(x, y)).collect()
 }
@@ -170,7 +175,9 @@ fn an_outline_cuts_a_wedge_where_it_runs() {
     let square = ring(&[[2.03, 1.07], [5.51, 1.07], [5.51, 4.99], [2.03, 4.99]]);
     let level = Base::ground(0.0, 0.0, 0.0);
     let settings = Settings { base: Some(level), ..settings() };
-    let object = measure_inside(&map.grid, &map.heights_m, &[square], &settings).unwrap().remove(0);
+    let object = measure_inside(&map.grid, &map.heights_m, &[square], &nothing(&map), &settings)
+        .unwrap()
+        .remove(0);
     let truth = 0.125 * (5.51_f64.powi(2) - 2.03_f64.powi(2)) * 3.92;
     assert!((object.volume.net_m3() / truth - 1.0).abs() < 1e-9, "{object:?}");
     assert!((object.footprint_m2 - 3.48 * 3.92).abs() < 1e-9);
@@ -183,7 +190,9 @@ fn the_base_of_an_outline_rests_on_the_ring_outside_and_a_hole_stays_one() {
     let mut region = ring(&[[2.5, 1.5], [5.5, 1.5], [5.5, 4.5], [2.5, 4.5]]);
     let found = |region: &Region| {
         let regions = std::slice::from_ref(region);
-        measure_inside(&map.grid, &map.heights_m, regions, &settings()).unwrap().remove(0)
+        measure_inside(&map.grid, &map.heights_m, regions, &nothing(&map), &settings())
+            .unwrap()
+            .remove(0)
     };
     let whole = found(&region).volume.net_m3();
     assert!((whole / CONE_M3 - 1.0).abs() < 2e-3, "{whole}");
@@ -199,7 +208,7 @@ fn outlines_beyond_the_scan_are_refused_or_flagged() {
     let map = map(cone);
     let inside = |x0: f64, x1: f64| {
         let region = ring(&[[x0, 2.0], [x1, 2.0], [x1, 4.0], [x0, 4.0]]);
-        measure_inside(&map.grid, &map.heights_m, &[region], &settings())
+        measure_inside(&map.grid, &map.heights_m, &[region], &nothing(&map), &settings())
     };
     assert!(inside(20.0, 22.0).is_err());
     let over = inside(6.0, 10.0).unwrap().remove(0);
@@ -236,21 +245,21 @@ fn an_earlier_surface_is_the_base_waves_and_all() {
     let empty = map(floor);
     let full = map(|x, y| cone(x, y) + floor(x, y));
     let labels = labels(&full, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
-    let points: Vec<_> = (0..empty.grid.len())
-        .map(|cell| (empty.grid.center(cell), empty.heights_m[cell]))
-        .map(|([x, y], z)| [x, y, z])
-        .collect();
-    let volume = |points: &[crate::Point]| {
-        let base = Base::on(Surface::through(points, full.grid).unwrap(), 0.0);
+    let volume = |empty_m: Vec<f64>| {
+        let base = Base::on(Surface::over(full.grid, empty_m).unwrap(), 0.0);
         let settings = Settings { base: Some(base), ..settings() };
         measure(&full.grid, &full.heights_m, &Found::on_all_else(labels.clone()), &settings)
             .unwrap()
             .remove(0)
     };
-    let whole = volume(&points);
+    let whole = volume(empty.heights_m.clone());
     assert!((whole.volume.net_m3() / CONE_M3 - 1.0).abs() < 2e-3);
-    let hole = |p: &crate::Point| (p[0] - 4.0).hypot(p[1] - 3.0) < 0.5;
-    let holed = volume(&points.iter().filter(|p| !hole(p)).copied().collect::<Vec<_>>());
+    let hole = |cell: usize| {
+        let [x, y] = empty.grid.center(cell);
+        (x - 4.0).hypot(y - 3.0) < 0.5
+    };
+    let seen = empty.heights_m.iter().enumerate();
+    let holed = volume(seen.map(|(cell, &h)| if hole(cell) { f64::NAN } else { h }).collect());
     assert!(holed.budget.base_m3 > whole.budget.base_m3 + 0.001);
     let off = (holed.volume.net_m3() - whole.volume.net_m3()).abs();
     assert!(off < 2.0 * holed.budget.base_m3, "{off} {:?}", holed.budget);

@@ -64,8 +64,9 @@ impl Columns {
         (next <= height_m + 2.0 * reach_m).then(|| heights[heights.len() - 1])
     }
 
-    /// How many points make a surface in each cell: a share of what the cells around typically hold,
-    /// or those of the whole scene where they hold less: around somebody on a pile they hold more.
+    /// How many points make a surface in each cell: a share of what the cells around typically
+    /// hold, on that side where it is least, or those of the whole scene: along a wall, and around
+    /// somebody on a pile, they hold more.
     pub(crate) fn needs(&self) -> Vec<u32> {
         let across = |n: usize| n.div_ceil(BLOCK);
         let (columns, rows) = (across(self.grid.columns), across(self.grid.rows));
@@ -78,14 +79,17 @@ impl Columns {
             blocks[block(cell)].push(count(cell));
         }
         let scene = need(blocks.concat());
-        let needs: Vec<u32> = blocks.into_iter().map(|counts| need(counts).min(scene)).collect();
+        let needs: Vec<u32> = blocks.into_iter().map(need).collect();
+        let blocks = Grid { columns, rows, ..self.grid };
+        let least = |at: usize| blocks.around(at, 1).map(|n| needs[n]).fold(scene, u32::min);
+        let needs: Vec<u32> = (0..needs.len()).map(least).collect();
         (0..self.grid.len()).map(|cell| needs[block(cell)]).collect()
     }
 }
 
 fn need(mut counts: Vec<u32>) -> u32 {
     if counts.is_empty() {
-        return 1;
+        return u32::MAX;
     }
     let half = counts.len() / 2;
     (LEAST * f64::from(*counts.select_nth_unstable(half).1)).max(1.0) as u32

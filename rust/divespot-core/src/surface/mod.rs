@@ -1,5 +1,6 @@
 //! The one surface of a scene: what bulk material and the ground under it show to the sky.
 
+mod anywhere;
 mod boards;
 mod columns;
 mod faces;
@@ -23,17 +24,27 @@ use crate::slopes::Slopes;
 const LAYER_SIGMAS: f64 = 6.0;
 const LAYER_CELLS: f64 = 0.6;
 
-/// Which of levelled points lie on the surface that can be walked from the ground.
+/// Which of levelled points lie on the surface that can be walked from the ground; from `anywhere`
+/// also where no ground is in view: then from the largest connected piece of what lies lowest.
 ///
 /// # Errors
 ///
 /// As [`Grid::over`].
-pub fn surface_points(points: &[Point], cell_m: f64, noise_m: f64) -> Result<Vec<bool>> {
+pub fn surface_points(
+    points: &[Point],
+    cell_m: f64,
+    noise_m: f64,
+    anywhere: bool,
+) -> Result<Vec<bool>> {
     let grid = Grid::over(&bounds(points)?, cell_m, points.len())?;
     let columns = Columns::of(points, grid);
     let needs = columns.needs();
-    let mut heights_m = seeds(&columns, &needs, noise_m);
+    let lowest = lowest_layer(&columns, &needs, noise_m);
+    let mut heights_m = seeds(&grid, &lowest);
     let reach = Reach::of(cell_m, noise_m);
+    if anywhere {
+        anywhere::seed(&grid, &lowest, reach.far_m, &mut heights_m);
+    }
     walk(&columns, &mut heights_m, &needs, reach);
     let boards = boards::without_boards(&columns, &mut heights_m, noise_m);
     let taken = faces::taken(&columns, &heights_m, &boards, reach);
@@ -46,14 +57,17 @@ pub fn surface_points(points: &[Point], cell_m: f64, noise_m: f64) -> Result<Vec
     Ok(mask)
 }
 
+/// The height of the lowest layer in each cell; NaN where there is none.
+fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
+    let band_m = (LAYER_SIGMAS * noise_m).max(LAYER_CELLS * columns.grid.cell_m);
+    let cells = 0..columns.grid.len();
+    cells.map(|cell| lowest(columns.heights(cell), needs[cell], band_m)).collect()
+}
+
 /// The heights of the large gentle parts of the lowest layer; NaN elsewhere.
-fn seeds(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
-    let grid = &columns.grid;
-    let band_m = (LAYER_SIGMAS * noise_m).max(LAYER_CELLS * grid.cell_m);
-    let lowest: Vec<f64> =
-        (0..grid.len()).map(|cell| lowest(columns.heights(cell), needs[cell], band_m)).collect();
-    let slopes = Slopes::of(grid, &lowest);
-    let levels = Levels::of(grid, &lowest, &slopes, &beyond(grid, &lowest));
+fn seeds(grid: &Grid, lowest: &[f64]) -> Vec<f64> {
+    let slopes = Slopes::of(grid, lowest);
+    let levels = Levels::of(grid, lowest, &slopes, &beyond(grid, lowest));
     let largest = levels.edges.iter().map(|edge| edge.cells).max().unwrap_or(0);
     let seed = |cell: usize| match levels.of[cell] {
         NONE => f64::NAN,

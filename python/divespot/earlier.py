@@ -1,0 +1,164 @@
+"""An earlier scan of the same place, or a saved base, that a scan is held against."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot import _native
+from divespot.base_name import BaseName
+from divespot.errors import DivespotError
+from divespot.filters import radius_filter
+from divespot.grid import HeightMap, height_map
+from divespot.io import UNITS, read
+from divespot.plane import rotation_to_z
+from divespot.pose import Pose, find_pose
+from divespot.settings import Settings, given
+from divespot.spacing import Survey, take_survey
+from divespot.strays import drop_strays
+from divespot.surface import Surface, find_surface
+from divespot.up import SMALL_TILT_DEG
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.intake import Cloud
+
+
+#: Planes of two scans that differ by more are a floor and a wall.
+WALL_DEG = 45.0
+
+#: With more of its points on one plane, an earlier scan shows an empty floor and nothing else.
+BARE_SHARE = 0.9
+
+#: With points farther apart than so many cells, most cells between them are empty.
+APART = 1.1
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """An earlier scan in the cloud's own coordinates, with what it says of itself."""
+
+    path: str
+    points: NDArray[np.float64]
+    scan: Survey
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class Seen:
+    """An earlier scan in the level frame: on the scan's own grid, and what is off the surface."""
+
+    path: str
+    grid: HeightMap
+    loose: NDArray[np.float64]
+
+
+def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
+    """Read the earlier scan, if one is the base, and drop its strays as those of any scan.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be read, or too few points are left.
+
+    """
+    name = BaseName.parse(settings.base)
+    if name is None or name.kind != "surface":
+        return None
+    found = read(name.path)
+    in_metres = found.points if found.unit_stated else found.points * UNITS[cloud.source.unit]
+    points, origin, _, _ = _native.seen(in_metres, settings.threads)
+    points = points + (np.array(origin) - cloud.origin_m)
+    try:
+        scan, own = take_survey(points, _own(settings))
+        points = points if settings.radius_m == 0.0 else radius_filter(points, own)
+        points, scan, own = drop_strays(points, scan, cloud, own)
+    except DivespotError as error:
+        raise DivespotError(f"{name.path}: {error}") from None
+    return Earlier(name.path, points, scan, own)
+
+
+def _own(settings: Settings) -> Settings:
+    """Return the settings that say nothing of the scan's own lengths."""
+    kept = ("up", "max_tilt_deg", "level", "hypotheses", "min_neighbors", "seed", "threads")
+    return Settings().changed(**{name: getattr(settings, name) for name in kept})
+
+
+def common_pose(
+    points: NDArray[np.float64],
+    scan: Survey,
+    earlier: Earlier | None,
+    cloud: Cloud,
+    settings: Settings,
+) -> Pose:
+    """Return the pose of the earlier scan, if there is one, else that of the scan.
+
+    Of an empty bin the level floor is in view, of a filled one only what lies in it. An empty floor
+    alone does not tell on which side of it up is; what the scan shows on it does.
+    """
+    pose = find_pose(points, scan, cloud, settings)
+    if earlier is None or not settings.level:
+        return pose
+    other = find_pose(earlier.points, earlier.scan, cloud, earlier.settings)
+    if _is_better(pose, other):
+        return pose
+    bare = other.plane.inliers > BARE_SHARE * len(earlier.points)
+    if bare and np.dot(pose.plane.normal, other.plane.normal) < 0.0:
+        other = _turned_over(other)
+    near = np.abs(other.plane.heights_m(points)) <= given(settings.plane_threshold_m)
+    plane = dataclasses.replace(other.plane, inliers=int(near.sum()))
+    return dataclasses.replace(other, plane=plane, warnings=pose.warnings)
+
+
+def _is_better(pose: Pose, earlier: Pose) -> bool:
+    """Return whether the scan's own pose is: it alone is level, or the earlier one is a wall's."""
+    own, other = (min(p.tilt_deg, 180.0 - p.tilt_deg) for p in (pose, earlier))
+    along = abs(float(np.dot(pose.plane.normal, earlier.plane.normal)))
+    apart = along < math.cos(math.radians(WALL_DEG))
+    return own < other and (own <= SMALL_TILT_DEG or apart)
+
+
+def _turned_over(pose: Pose) -> Pose:
+    x, y, z = pose.plane.normal
+    plane = dataclasses.replace(pose.plane, normal=(-x, -y, -z), offset_m=-pose.plane.offset_m)
+    rotation = rotation_to_z(plane.normal)
+    return dataclasses.replace(pose, plane=plane, rotation=rotation, tilt_deg=180.0 - pose.tilt_deg)
+
+
+def map_earlier(
+    earlier: Earlier | None, pose: Pose, surface: Surface, grid: HeightMap, settings: Settings
+) -> Seen | None:
+    """Walk the earlier scan's surface, and average it over the cells of the scan's grid.
+
+    Raises
+    ------
+    DivespotError
+        The earlier scan shares no place with the scan.
+
+    """
+    if earlier is None:
+        return None
+    level = pose.level(earlier.points, settings.threads)
+    try:
+        walked = find_surface(level, earlier.scan, earlier.settings.changed(base=settings.base))
+    except DivespotError as error:
+        raise DivespotError(f"base surface={earlier.path}: {error}") from None
+    low, high = surface.points[:, :2].min(axis=0), surface.points[:, :2].max(axis=0)
+    shared = ((level[:, :2] >= low) & (level[:, :2] <= high)).all(axis=1)
+    # Among the scan's points, none of which counts, so that the grid is the scan's.
+    among = np.concatenate([surface.points, level[shared]])
+    is_on = np.concatenate([np.zeros(len(surface.points), np.bool_), walked.is_on[shared]])
+    coarse = earlier.scan.spacing_m > APART * grid.cell_m
+    triangulated = coarse or "triangles" in (settings.surface, earlier.settings.surface)
+    if not is_on.any():
+        raise DivespotError(
+            f"base surface={earlier.path}: 0 usable points were given, a surface that shares its "
+            "place with the scan is needed"
+        )
+    found = height_map(among, grid.cell_m, triangulated=triangulated, mask=is_on)
+    return Seen(earlier.path, found, level[shared & ~walked.is_on])

@@ -1,0 +1,35 @@
+//! Where a cloud ends across an object, cut out by somebody or by the edge of the view.
+
+use super::patch::Patch;
+use super::region::Part;
+use crate::count::to_f64;
+
+/// The cells this near tell how many points a whole cell holds.
+const NEAR: usize = 3;
+
+/// Lets the cells through which the cloud's edge runs count by the points that they hold, `count`
+/// by a cell's middle, of those that whole cells around hold.
+pub(crate) fn count_what_was_seen(patch: &mut Patch, count: impl Fn([f64; 2]) -> u32) {
+    let counts: Vec<f64> =
+        (0..patch.zones.len()).map(|cell| f64::from(count(patch.grid.center(cell)))).collect();
+    let ends = |cell: usize| patch.border[cell] || patch.around(cell, 1).any(|n| patch.beyond[n]);
+    let walled = |cell: usize| patch.around(cell, NEAR).any(|n| patch.walls[n]);
+    let whole: Vec<bool> =
+        (0..counts.len()).map(|cell| !ends(cell) && !patch.heights_m[cell].is_nan()).collect();
+    let share = |cell: usize| {
+        let near = patch.around(cell, NEAR).filter(|&n| whole[n]).map(|n| counts[n]);
+        let (sum, cells) = near.fold((0.0, 0.0), |(sum, cells), c| (sum + c, cells + 1.0));
+        (sum > cells).then_some((cell, (counts[cell] * cells / sum).min(1.0), sum / cells))
+    };
+    let edge: Vec<(usize, f64, f64)> = patch
+        .held()
+        .filter(|&cell| ends(cell) && !walled(cell) && !patch.heights_m[cell].is_nan())
+        .filter_map(share)
+        .collect();
+    // The counts of the cells are independent of each other.
+    let independent = to_f64(edge.len()).sqrt();
+    for (cell, share, typical) in edge {
+        let u_share = (share / typical).sqrt() / independent;
+        patch.count_part(cell, Part { share, u_share, off_m: [0.0; 2] });
+    }
+}

@@ -1,0 +1,293 @@
+//! What differs between a scan and a surface that was given, wherever the two can be told apart.
+//!
+//! No pile is looked for: what was gained is one thing, what was lost another, and each is measured
+//! from the lower of the two surfaces up to the higher. Below the detection limit of a cell nothing
+//! is called different, but around what is, differences are added up with their sign as the toe of
+//! a pile is (Wheaton et al. 2010, ESPL 35:136, on the limit; Anderson 2019, ESPL 44:1015, on the
+//! bias of adding up only what exceeds it).
+
+use super::base::Base;
+use super::face::{Faces, continued_to_faces};
+use super::found::Found;
+use super::object::{above_base, object};
+use super::patch::{Patch, Reach, Scene, flood};
+use super::surface::{Surface, noise};
+use super::territory::{NOBODY, Territory};
+use super::{Object, Reason, Settings, cut, gaps, hidden, pieces, valley, wall};
+use crate::Point;
+use crate::error::{Error, Result};
+use crate::heightmap::{Grid, Volume};
+
+/// Cells differ where the mean around them does by so many of its standard deviations.
+const CLEAR: f64 = 4.0;
+/// Where two grids without noise cut an edge of the surface, their cells differ by this share of
+/// their width.
+const EDGE: f64 = 0.1;
+/// A volume of fewer standard uncertainties may be nothing: u95 reaches down to it.
+const DETECTED: f64 = 2.0;
+
+/// A scan on the cells of a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Height of the surface in each cell, NaN where it was not seen.
+    pub heights_m: Vec<f64>,
+    /// Points in each cell.
+    pub counts: Vec<u32>,
+    /// The points off the surface.
+    pub loose: Vec<Point>,
+}
+
+impl Seen {
+    /// How far apart cells do not share their points: drawn across triangles, three are as wide as
+    /// points are apart.
+    fn independent(&self) -> isize {
+        let seen = || self.heights_m.iter().zip(&self.counts).filter(|(h, _)| !h.is_nan());
+        let empty = seen().filter(|(_, count)| **count == 0).count();
+        if 2 * empty > seen().count() { 3 } else { 1 }
+    }
+}
+
+/// Measures where `later` stands above the base in force; with a scan that was taken `earlier`,
+/// through which that base goes, also where it lies below.
+///
+/// What was lost has a negative volume.
+///
+/// # Errors
+///
+/// No base, numbers of heights or points that are not the number of cells, or too few heights for
+/// a surface.
+pub fn measure_difference(
+    grid: &Grid,
+    later: &Seen,
+    earlier: Option<&Seen>,
+    settings: &Settings,
+) -> Result<Vec<Object>> {
+    let fits = |seen: &Seen| seen.heights_m.len() == grid.len() && seen.counts.len() == grid.len();
+    let base = settings.base.as_ref().filter(|_| fits(later) && earlier.is_none_or(fits));
+    let base = base.ok_or(Error::Degenerate("a base and one height for each cell are needed"))?;
+    let gain = Rise::of(grid, later, base, earlier, settings);
+    let loss = match earlier {
+        Some(earlier) => {
+            let below = Base::on(Surface::over(*grid, later.heights_m.clone())?, 0.0);
+            Some((Rise::of(grid, earlier, &below, Some(later), settings), below))
+        }
+        None => None,
+    };
+    let mut labels = pieces(grid, &gain.risen(), 0, settings.fewest_cells);
+    let gained = labels.iter().max().map_or(0, |most| most + 1);
+    if let Some((loss, _)) = &loss {
+        let lost = pieces(grid, &loss.risen(), 0, settings.fewest_cells);
+        for (label, lost) in labels.iter_mut().zip(lost).filter(|(label, _)| **label == NOBODY) {
+            *label = if lost == NOBODY { NOBODY } else { lost + gained };
+        }
+    }
+    let mut objects = gain.measured(&labels, |label| label < gained, settings);
+    objects.iter_mut().for_each(|object| placed(object, base, base));
+    if let Some((loss, below)) = &loss {
+        let lost = loss.measured(&labels, |label| label >= gained, settings);
+        objects.extend(lost.into_iter().map(|mut object| {
+            placed(&mut object, below, base);
+            negative(object)
+        }));
+    }
+    Ok(objects)
+}
+
+/// One scan above another surface.
+struct Rise<'a> {
+    /// Heights above that surface.
+    scene: Scene<'a>,
+    upper: &'a Seen,
+    /// That surface, as nought.
+    base: Base,
+}
+
+impl<'a> Rise<'a> {
+    fn of(
+        grid: &'a Grid,
+        upper: &'a Seen,
+        lower: &Base,
+        other: Option<&Seen>,
+        settings: &Settings,
+    ) -> Self {
+        let raised = |p: &Point| [p[0], p[1], p[2] - lower.at(grid.center(grid.cell(p)))];
+        let loose = |seen: &Seen| -> Vec<Point> {
+            seen.loose.iter().filter(|p| grid.holds(p)).map(raised).collect()
+        };
+        let above = |(cell, h): (usize, &f64)| h - lower.at(grid.center(cell));
+        let above_m: Vec<f64> = upper.heights_m.iter().enumerate().map(above).collect();
+        let mut heights_m = hidden::without_lone(grid, &above_m);
+        let (upper_loose, other_loose) = (loose(upper), other.map_or_else(Vec::new, loose));
+        let level = Faces::of(
+            grid,
+            &vec![0.0; grid.len()],
+            &standing(grid, other_loose.clone()),
+            settings.margin_m,
+        );
+        let all = [upper_loose, other_loose].concat();
+        let mut faces = Faces::of(grid, &above_m, &standing(grid, all), settings.margin_m);
+        faces.is.iter_mut().zip(&level.is).for_each(|(is, other)| *is |= *other);
+        (0..grid.len()).filter(|&c| faces.is[c]).for_each(|c| heights_m[c] = f64::NAN);
+        let outside = flood(grid, |cell| heights_m[cell].is_nan() && !faces.is[cell]);
+        let hull = hidden::beyond(grid, &heights_m);
+        let unseen = |cell: usize| heights_m[cell].is_nan() && outside[cell];
+        let beyond = (0..grid.len()).map(|cell| hull[cell] || unseen(cell)).collect();
+        let base = lower.flattened(noise(grid, &heights_m, upper.independent()));
+        let banks = vec![false; grid.len()];
+        Self { scene: Scene { grid, heights_m, beyond, faces, banks }, upper, base }
+    }
+
+    /// The cells that stand above the other surface for sure, as one object.
+    fn risen(&self) -> Vec<i32> {
+        let Scene { grid, heights_m, .. } = &self.scene;
+        let rises = |cell: usize| {
+            let near = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
+            let (sum, count) = near.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+            let u_unknown_m = self.base.u_unknown_m(grid.center(cell));
+            let limit_m = CLEAR * (self.base.noise_m / f64::sqrt(count)).hypot(u_unknown_m);
+            !heights_m[cell].is_nan() && sum / count > limit_m.max(EDGE * grid.cell_m)
+        };
+        (0..grid.len()).map(|cell| if rises(cell) { 0 } else { NOBODY }).collect()
+    }
+
+    fn measured(
+        &self,
+        labels: &[i32],
+        is_own: impl Fn(i32) -> bool,
+        settings: &Settings,
+    ) -> Vec<Object> {
+        let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
+        let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
+        let territory = Territory::grow(self.scene.grid, labels, |_| true, farthest);
+        let patches = Patch::all(&self.scene, labels, &territory, &reach);
+        let own = patches.into_iter().filter(|(label, _)| is_own(*label));
+        own.flat_map(|(label, patch)| self.objects(label, patch, settings)).collect()
+    }
+
+    /// The objects of one connected piece, up to the walls around it, parted where valleys are.
+    fn objects(&self, label: i32, patch: Patch, settings: &Settings) -> Vec<Object> {
+        let patch = wall::up_to_walls(patch, &self.base);
+        let mut patch = continued_to_faces(patch, &self.scene, settings.margin_m);
+        let count = |center: [f64; 2]| self.upper.counts[self.scene.grid.cell(&center)];
+        cut::count_what_was_seen(&mut patch, count);
+        let above_m = gaps::heights(&patch, &above_base(&patch, &self.base));
+        let settings =
+            Settings { base: Some(self.base.clone()), compared: vec![], ..settings.clone() };
+        let Some(mut parts) = valley::parts(&patch, &above_m, settings.margin_m) else {
+            return vec![self.object(label, &patch, &settings)];
+        };
+        let count = parts.iter().flatten().max().map_or(0, |most| most + 1);
+        for k in 1..count {
+            if parts.iter().filter(|part| **part == Some(k)).count() < settings.fewest_cells {
+                parts.iter_mut().filter(|part| **part == Some(k)).for_each(|part| *part = Some(0));
+            }
+        }
+        let whole = (0..count).filter(|&k| parts.contains(&Some(k)));
+        let part = |k: usize| patch.part(|p| parts[patch.grid.cell(&p)] == Some(k));
+        whole.map(|k| self.object(label, &part(k), &settings)).collect()
+    }
+
+    /// Whatever its shape, it is what differs; only what may be nothing is not.
+    fn object(&self, label: i32, patch: &Patch, settings: &Settings) -> Object {
+        let object = object(label, patch, patch, settings);
+        let is_clear = object.volume.net_m3() > DETECTED * object.budget.combined_m3();
+        let reason = match object.reason {
+            Some(Reason::TooLittleSeen) => Some(Reason::TooLittleSeen),
+            _ if is_clear => None,
+            _ => Some(Reason::NotClear),
+        };
+        Object { reason, ..object }
+    }
+}
+
+fn standing(grid: &Grid, loose: Vec<Point>) -> Found {
+    Found { loose, ..Found::on_all_else(vec![NOBODY; grid.len()]) }
+}
+
+/// Raises an object that was measured above `lower` as nought to where it is; it stands on `base`.
+fn placed(object: &mut Object, lower: &Base, base: &Base) {
+    object.centroid_m[2] += lower.at([object.centroid_m[0], object.centroid_m[1]]);
+    object.outline_m.iter_mut().for_each(|p| p[2] += base.at([p[0], p[1]]));
+    object.base_m.iter_mut().for_each(|p| p[2] = base.at([p[0], p[1]]));
+}
+
+fn negative(object: Object) -> Object {
+    let Volume { cut_m3, fill_m3, .. } = object.volume;
+    let volume = Volume { cut_m3: fill_m3, fill_m3: cut_m3, ..object.volume };
+    Object { volume, max_height_m: 0.0, ..object }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, settings};
+    use super::*;
+
+    type Height = fn(f64, f64) -> f64;
+
+    fn cone(x: f64, y: f64, height: f64) -> f64 {
+        height * (1.0 - x.hypot(y)).max(0.0)
+    }
+
+    /// A scan with noise of its own; nothing where the height is none.
+    fn seen(height: impl Fn(f64, f64) -> f64, seed: u64) -> (Grid, Seen) {
+        let map = exact(height);
+        let noise = |i: u64| {
+            0.002 * ((crate::sample::mix(seed + i) >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        let heights_m = (0..).zip(&map.heights_m).map(|(i, h)| h + noise(i)).collect();
+        let counts = map.heights_m.iter().map(|h| if h.is_nan() { 0 } else { 4 }).collect();
+        (map.grid, Seen { heights_m, counts, loose: vec![] })
+    }
+
+    fn objects(later: Height, earlier: Height) -> Vec<Object> {
+        let ((grid, later), (_, earlier)) = (seen(later, 1), seen(earlier, 1 << 40));
+        let surface = Surface::over(grid, earlier.heights_m.clone()).unwrap();
+        let settings = Settings { base: Some(Base::on(surface, 0.0)), ..settings() };
+        measure_difference(&grid, &later, Some(&earlier), &settings).unwrap()
+    }
+
+    #[test]
+    fn what_was_gained_and_what_was_lost_are_apart_and_what_stayed_is_nothing() {
+        let floor: Height = |x, _| 0.1 * x;
+        let found = objects(
+            |x, y| 0.1 * x + cone(x - 2.0, y - 3.0, 0.6) + cone(x - 5.0, y - 4.5, 0.5),
+            |x, y| 0.1 * x + cone(x - 5.0, y - 1.5, 0.3) + cone(x - 5.0, y - 4.5, 0.5),
+        );
+        let truths = [0.6, -0.3].map(|h| std::f64::consts::PI * h / 3.0);
+        assert_eq!(found.len(), 2);
+        for (object, truth) in found.iter().zip(truths) {
+            let off = (object.volume.net_m3() / truth - 1.0).abs();
+            assert!(off < 0.01 && object.reason.is_none(), "{off} {:?}", object.reason);
+            assert!(off < 2.0 * object.budget.combined_m3() / truth.abs());
+        }
+        assert!(found[1].volume.fill_m3 > 50.0 * found[1].volume.cut_m3);
+        assert!(objects(floor, floor).is_empty());
+    }
+
+    #[test]
+    fn a_cloud_that_was_cut_out_counts_as_far_as_it_was_seen() {
+        let inside = |x: f64, y: f64| (x - 4.0).hypot(y - 3.0) < 2.0;
+        let (grid, scan) = seen(|x, y| if inside(x, y) { 1.0 } else { f64::NAN }, 1);
+        let area_m2 = scan.heights_m.iter().filter(|h| !h.is_nan()).count() as f64 * CELL * CELL;
+        let given = Base::plane(0.0, [0.0; 2], 0.0, 0.0, super::super::Kind::Given);
+        let settings = Settings { base: Some(given), ..settings() };
+        let found = measure_difference(&grid, &scan, None, &settings).unwrap();
+        assert_eq!(found.len(), 1);
+        assert!((found[0].volume.net_m3() / area_m2 - 1.0).abs() < 1e-3);
+        assert!(found[0].reason.is_none() && found[0].touches_edge);
+        let ends = |x: f64, y: f64| (x - 4.0).hypot(y - 3.0) > 1.95;
+        let mut half = scan.clone();
+        for cell in 0..grid.len() {
+            let [x, y] = grid.center(cell);
+            half.counts[cell] /= if ends(x, y) { 2 } else { 1 };
+        }
+        let less = measure_difference(&grid, &half, None, &settings).unwrap().remove(0);
+        assert!(less.volume.net_m3() < 0.98 * area_m2, "{}", less.volume.net_m3());
+    }
+
+    #[test]
+    fn a_base_is_needed() {
+        let (grid, scan) = seen(|_, _| 0.0, 1);
+        assert!(measure_difference(&grid, &scan, None, &settings()).is_err());
+    }
+}

@@ -1,0 +1,78 @@
+//! Where a walk starts if no ground is in view: a filled bin, a heap that fills the frame or was cut
+//! out of its surroundings.
+
+use crate::heightmap::Grid;
+use crate::piles::FOUR;
+
+/// Adds the largest connected piece of the lowest layer to the seeds, unless the walk starts there
+/// already; neighbours within the walk's reach of each other are connected.
+pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f64]) {
+    let piece = largest(grid, lowest_m, reach_m);
+    if piece.iter().all(|&cell| seeds_m[cell].is_nan()) {
+        piece.iter().for_each(|&cell| seeds_m[cell] = lowest_m[cell]);
+    }
+}
+
+fn largest(grid: &Grid, heights_m: &[f64], reach_m: f64) -> Vec<usize> {
+    let mut left: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
+    let mut largest = Vec::new();
+    for first in 0..left.len() {
+        let piece = piece(grid, heights_m, reach_m, first, &mut left);
+        if piece.len() > largest.len() {
+            largest = piece;
+        }
+    }
+    largest
+}
+
+fn piece(
+    grid: &Grid,
+    heights_m: &[f64],
+    reach_m: f64,
+    first: usize,
+    left: &mut [bool],
+) -> Vec<usize> {
+    if !std::mem::take(&mut left[first]) {
+        return Vec::new();
+    }
+    let (mut cells, mut next) = (vec![first], 0);
+    while let Some(&cell) = cells.get(next) {
+        for n in FOUR.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)) {
+            if left[n] && (heights_m[n] - heights_m[cell]).abs() <= reach_m {
+                left[n] = false;
+                cells.push(n);
+            }
+        }
+        next += 1;
+    }
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::surface_points;
+    use crate::Point;
+
+    /// A cone that fills the view, and a lamp over it.
+    fn scene() -> Vec<Point> {
+        let at = |i: i32| 0.03 * (f64::from(i) + 0.5) - 1.5;
+        let plan = |i: i32| (at(i % 100), at(i / 100));
+        let cone = (0..10_000).map(plan).map(|(x, y)| [x, y, 2.0 - 0.6 * x.hypot(y)]);
+        let lamp = (0..400).map(|i| [0.01 * f64::from(i % 20), 0.01 * f64::from(i / 20), 2.6]);
+        cone.chain(lamp).collect()
+    }
+
+    #[test]
+    fn a_heap_that_fills_the_view_has_a_surface_where_it_is_asked_for() {
+        let points = scene();
+        let count = |anywhere| {
+            let on = surface_points(&points, 0.06, 0.001, anywhere).unwrap();
+            [
+                on[..10_000].iter().filter(|on| **on).count(),
+                on[10_000..].iter().filter(|on| **on).count(),
+            ]
+        };
+        assert_eq!(count(false), [0, 0]);
+        assert_eq!(count(true), [10_000, 0]);
+    }
+}
