@@ -25,7 +25,7 @@ fn upright(x: f64, y: f64, low: f64, high: f64) -> impl Iterator<Item = Point> {
 
 /// How many of the points of each part lie on the surface.
 fn on(parts: &[Vec<Point>]) -> Vec<usize> {
-    let mask = surface_points(&parts.concat(), CELL, 0.001).unwrap();
+    let mask = surface_points(&parts.concat(), CELL, 0.001, false).unwrap();
     let mut left = mask.into_iter();
     parts.iter().map(|part| left.by_ref().take(part.len()).filter(|&is| is).count()).collect()
 }
@@ -89,11 +89,11 @@ fn the_order_of_the_points_changes_nothing() {
     let body = raster(|x, y| if (x - 0.7).hypot(y - 0.45) < 0.15 { 0.22 } else { f64::NAN });
     let mut points = [raster(cone), body].concat();
     points.iter_mut().enumerate().for_each(|(k, p)| p[2] += noise(k));
-    let mask = surface_points(&points, CELL, 0.001).unwrap();
+    let mask = surface_points(&points, CELL, 0.001, false).unwrap();
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by_key(|&k| mix(k as u64));
     let shuffled: Vec<Point> = order.iter().map(|&k| points[k]).collect();
-    let other = surface_points(&shuffled, CELL, 0.001).unwrap();
+    let other = surface_points(&shuffled, CELL, 0.001, false).unwrap();
     assert!(order.iter().zip(other).all(|(&k, is)| mask[k] == is));
 }
 
@@ -105,7 +105,7 @@ fn seed(heights: &[f64], noise_m: f64) -> f64 {
         heights.iter().map(move |&z| [x, y, z])
     };
     let columns = Columns::of(&(0..grid.len()).flat_map(over).collect::<Vec<Point>>(), grid);
-    seeds(&columns, &vec![4; grid.len()], noise_m)[210]
+    seeds(&grid, &lowest_layer(&columns, &vec![4; grid.len()], noise_m))[210]
 }
 
 #[test]
