@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import divespot
 from divespot import DivespotError, Report, _native
 from divespot.settings import Settings
 from kinds import KINDS, UTM, Floats, Kind
 from solids import turned
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 SEED = 7
 #: A volume with an uncertainty of this share and more is none that somebody would rely on.
