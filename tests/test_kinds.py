@@ -5,15 +5,19 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 import divespot
-from divespot import Report, _native
+from divespot import DivespotError, Report, _native
 from divespot.settings import Settings
 from kinds import KINDS, UTM, Floats, Kind
 from solids import turned
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 SEED = 7
 #: A volume with an uncertainty of this share and more is none that somebody would rely on.
@@ -46,7 +50,11 @@ def test_each_pile_has_its_volume_and_nothing_else_is_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in KINDS if made(name).truth_m3 is None])
 def test_no_volume_is_claimed_where_none_can_be_told(name: str) -> None:
-    report = measured(name)
+    try:
+        report = measured(name)
+    except DivespotError as error:
+        assert "\n" not in str(error)  # noqa: PT017 - the only error there may be
+        return
     assert report.warnings
     assert all(pile.u95_m3 >= NONE_SHARE * pile.volume_m3 for pile in report.piles)
 
@@ -58,19 +66,24 @@ def test_what_is_over_a_pile_is_listed_with_a_reason() -> None:
         assert reasons, name
 
 
-def _shuffled(points: Floats) -> tuple[Floats, np.ndarray]:
+def _shuffled(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
     order = np.random.default_rng(SEED).permutation(len(points))
     return points[order], order
 
 
+def _on_surface(points: Floats, threads: int) -> NDArray[np.bool_]:
+    anywhere = False
+    return _native.surface_points(points, 0.02, 0.001, anywhere, threads)
+
+
 def test_neither_order_nor_threads_change_what_lies_on_the_surface() -> None:
-    points, anywhere = made("standing").points, False
-    mask = _native.surface_points(points, 0.02, 0.001, anywhere, 1)
+    points = made("standing").points
+    mask = _on_surface(points, 1)
     assert 0.7 < mask.mean() < 0.97
     shuffled, order = _shuffled(points)
     for threads in (1, 2, 5):
-        assert np.array_equal(_native.surface_points(points, 0.02, 0.001, anywhere, threads), mask)
-        again = _native.surface_points(shuffled, 0.02, 0.001, anywhere, threads)
+        assert np.array_equal(_on_surface(points, threads), mask)
+        again = _on_surface(shuffled, threads)
         assert np.array_equal(again, mask[order])
 
 

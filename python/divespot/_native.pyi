@@ -189,7 +189,7 @@ def surface_base(
     noise_m: float,
 ) -> RawBase: ...
 
-Measuring: TypeAlias = tuple[
+_Measuring: TypeAlias = tuple[
     int, float, float, tuple[float, float, float], tuple[int, int], Sequence[RawBase | None]
 ]
 
@@ -202,17 +202,17 @@ def measure_objects(
     points: NDArray[np.float64],
     is_on: NDArray[np.bool_],
     is_apart: NDArray[np.bool_],
-    measuring: Measuring,
+    measuring: _Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 
-SeenArrays: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float64]]
+_SeenArrays: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.float64]]
 
 def measure_difference(
-    later: SeenArrays,
-    earlier: SeenArrays | None,
+    later: _SeenArrays,
+    earlier: _SeenArrays | None,
     origin_m: Sequence[float],
     cell_m: float,
-    measuring: Measuring,
+    measuring: _Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def measure_inside(
     heights_m: NDArray[np.float64],
@@ -224,7 +224,7 @@ def measure_inside(
     points: NDArray[np.float64],
     is_on: NDArray[np.bool_],
     is_apart: NDArray[np.bool_],
-    measuring: Measuring,
+    measuring: _Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def first_crossing(line: NDArray[np.float64]) -> int | None: ...
 def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDArray[np.bool_]: ...

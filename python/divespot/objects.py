@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -33,6 +33,15 @@ if TYPE_CHECKING:
     from divespot.report import Position
     from divespot.settings import Settings
     from divespot.surface import Surface
+
+    Measuring: TypeAlias = tuple[
+        int,
+        float,
+        float,
+        tuple[float, float, float],
+        tuple[int, int],
+        Sequence[_native.RawBase | None],
+    ]
 
 #: With a base as uncertain as this share of the volume, it does not suit the ground around.
 OFF_SHARE = 0.05
@@ -251,7 +260,7 @@ def measure_regions(
     return Measured(*found, tuple(bases.compared), tuple(region.name for region in regions))
 
 
-def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> _native.Measuring:
+def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
     """Return how objects are measured, as the kernels take it."""
     ground, toe_cells = bases.ground, _steps(grid, settings.toe_m)
     level = (ground.height_m, ground.noise_m, ground.noise_m)

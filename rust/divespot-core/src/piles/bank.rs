@@ -45,7 +45,7 @@ impl Bank {
                 let Some(height_m) = go_on(patch, bank, n) else { continue };
                 let p = patch.grid.center(n);
                 let lower = height_m < patch.heights_m[n] && height_m > base.at(p);
-                if lower && !(heights_m[n] >= height_m) {
+                if lower && (heights_m[n].is_nan() || heights_m[n] < height_m) {
                     heights_m[n] = height_m;
                     front.push((bank, n));
                 }

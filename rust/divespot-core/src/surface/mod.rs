@@ -49,9 +49,9 @@ pub fn surface_points(
     let boards = boards::without_boards(&columns, &mut heights_m, noise_m);
     let taken = faces::taken(&columns, &heights_m, &boards, reach);
     let mut mask = vec![false; points.len()];
-    for cell in 0..grid.len() {
+    for (cell, taken) in taken.iter().enumerate() {
         for &row in columns.rows(cell) {
-            mask[row as usize] = taken[cell].takes(&points[row as usize]);
+            mask[row as usize] = taken.takes(&points[row as usize]);
         }
     }
     Ok(mask)
