@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from divespot.mass import mass_kg
 from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Budget, Outline, Pile
 from divespot.settings import given
-from divespot.surface import NO_GROUND, needs_ground
+from divespot.surface import NO_GROUND, WALKED, needs_ground
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from divespot.pose import Pose
     from divespot.report import Position
     from divespot.settings import Settings
+    from divespot.spacing import Survey
     from divespot.surface import Surface
 
     Measuring: TypeAlias = tuple[
@@ -80,23 +81,57 @@ class GroundLevel:
     is_ground: NDArray[np.bool_] | None = None
 
 
-def find_ground(grid: HeightMap, settings: Settings) -> tuple[GroundLevel, Settings]:
-    """Find the ground's height, surface and noise, and the lengths that follow from them."""
+def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[GroundLevel, Settings]:
+    """Find the ground's height, surface and noise, and the lengths that follow from them.
+
+    Raises
+    ------
+    DivespotError
+        No ground is in view, and no other floor was given.
+
+    """
     height = peak_m(grid, settings.base, settings)
     if settings.ground_form == "level":
         ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
     else:
-        ground = _surface(grid, height)
+        ground = _surface(grid, height, WALKED * scan.spacing_m)
         if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
             raise DivespotError(NO_GROUND)
     return ground, settings.grounded(ground.noise_m)
 
 
-def _surface(grid: HeightMap, height_m: float) -> GroundLevel:
-    """Return a gentle surface through the ground and beneath what stands on it."""
-    hills, is_ground, surface, noise = _native.hills(grid.heights_m, grid.cell_m)
-    surface_m = surface.reshape(grid.heights_m.shape)
-    return GroundLevel(height_m, noise, surface_m, hills, is_ground)
+def _surface(grid: HeightMap, height_m: float, step_m: float) -> GroundLevel:
+    """Return a gentle surface through the ground and beneath what stands on it.
+
+    Hills are found on cells as wide as those that were walked: facets of a triangulated surface
+    are smooth, whatever its noise.
+    """
+    rows, columns = grid.heights_m.shape
+    by = max(1, round(step_m / grid.cell_m))
+    heights_m = _blocks(grid.heights_m, by)
+    hills, is_ground, surface_m, noise_m = _native.hills(heights_m, by * grid.cell_m)
+
+    def fine(values: NDArray[Any]) -> NDArray[Any]:
+        blocks = values.reshape(heights_m.shape).repeat(by, axis=0).repeat(by, axis=1)
+        return np.ascontiguousarray(blocks[:rows, :columns])
+
+    return GroundLevel(
+        height_m, noise_m, fine(surface_m), fine(hills).ravel(), fine(is_ground).ravel()
+    )
+
+
+def _blocks(heights_m: NDArray[np.float64], by: int) -> NDArray[np.float64]:
+    """Return the mean height of each block of so many rows and columns; NaN where none is known."""
+    if by == 1:
+        return heights_m
+    rows, columns = (-(-size // by) for size in heights_m.shape)
+    padded = np.full((rows * by, columns * by), np.nan)
+    padded[: heights_m.shape[0], : heights_m.shape[1]] = heights_m
+    blocks = padded.reshape(rows, by, columns, by)
+    known = ~np.isnan(blocks)
+    counts = known.sum(axis=(1, 3))
+    sums = np.where(known, blocks, 0.0).sum(axis=(1, 3))
+    return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
 
 
 def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:

@@ -86,7 +86,7 @@ def measure(
     points = run("rotation", pose.level, points, s.threads)
     surface = run("surface", find_surface, points, scan, s)
     grid = run("height map", map_heights, surface, s)
-    ground, s = run("ground", find_ground, grid, s)
+    ground, s = run("ground", find_ground, grid, scan, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit)
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
