@@ -29,7 +29,7 @@ FLAT_QUANTILE = 0.385
 
 #: A quarter of the surface at least is sparser than the typical point by this factor, or the
 #: density is even: distances to a fourth neighbour at random scatter by a third.
-UNEVEN = 3.0
+UNEVEN = 2.5
 
 #: Such a scan is thinned to voxels of this share of the spacing where points are few.
 THINNED = 0.5

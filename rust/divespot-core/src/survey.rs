@@ -24,6 +24,8 @@ const NEIGHBORS: usize = 17;
 /// seventeen, as far off as they are apart, makes 0.23 of the spacing.
 const FLAT: f64 = 0.05;
 const ROUGH: f64 = 2.0;
+/// The sparsest positions may be clumps of strays: this share of all is looked at.
+const KEPT: f64 = 0.97;
 /// The share of the surface that is as dense at least as what [`Survey::sparse_m`] says.
 const MOST: f64 = 0.75;
 /// Points in a leaf of the tree: few searches pay for no more.
@@ -144,6 +146,7 @@ fn sparse(seen: &[Neighborhood], roughness_m: f64) -> f64 {
         n.surface.is_some_and(|(_, off)| off <= most)
     };
     let spacings = sorted(seen.iter().filter(flat).map(|n| n.spacing_m).collect());
+    let spacings = &spacings[..(KEPT * spacings.len() as f64) as usize];
     let whole: f64 = spacings.iter().map(|s| s * s).sum();
     let mut area = 0.0;
     let below = spacings.iter().find(|&&s| {
