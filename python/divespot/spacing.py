@@ -31,8 +31,8 @@ FLAT_QUANTILE = 0.385
 #: density is even: distances to a fourth neighbour at random scatter by a third.
 UNEVEN = 2.5
 
-#: Such a scan is thinned to voxels of this share of the spacing where points are few.
-THINNED = 0.5
+#: Such a scan is thinned to voxels of so many of the spacings where points are few.
+THINNED = 1.0
 
 #: A cloud without noise, too, has a threshold: this share of the one by its spacing.
 SMALLEST = 1e-3

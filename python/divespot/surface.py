@@ -30,6 +30,13 @@ GIVEN = ("height=", "surface=")
 #: The walk goes over cells of so many point spacings, that each holds some points.
 WALKED = 2.0
 
+#: Above a floor that was given, what the walk reaches less than this share of cannot be walked, as
+#: between balls or stones that are wider than a cell: every point counts.
+WALKABLE = 0.4
+
+#: With less of a cluster reached than this share, it is apart.
+MUCH = 0.1
+
 #: Clusters are sought among the means of voxels of so many point spacings: as many as on a plane
 #: have neighbours all around, at a fraction of the work.
 THINNED = 2.0
@@ -74,6 +81,8 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     anywhere = not needs_ground(settings)
     is_on = _native.surface_points(points, cell_m, scan.roughness_m, anywhere, settings.threads)
+    if anywhere and is_on.mean() < WALKABLE:
+        return Surface(points, ~nothing, nothing)
     is_apart = _apart(points, is_on, scan, settings)
     is_on &= ~is_apart
     if not is_on.any():
@@ -91,13 +100,14 @@ def _apart(
 ) -> NDArray[np.bool_]:
     """Return which points are of clusters apart from the ground's (Algorithm 1, line 18).
 
-    A cluster of which the walk reached less than half is none of the ground's: where it comes
-    near the surface the walk took a few of its points along. What is noise is left to the walk.
+    The ground's are the clusters that hold much of what the walk reached, or of which it reached
+    much: of a hovering body it took a few points along at most, where that comes near the surface.
+    What is noise is left to the walk.
     """
     thin, voxel = _native.voxels(points, THINNED * scan.spacing_m, settings.threads)
     cluster = find_clusters(thin, settings.radius_m, settings)[voxel] + 1
     reached = np.bincount(cluster, is_on)
-    apart = reached < 0.5 * np.bincount(cluster)
+    apart = reached < MUCH * np.minimum(np.bincount(cluster), is_on.sum())
     apart[0] = False
     return np.asarray(apart[cluster])
 

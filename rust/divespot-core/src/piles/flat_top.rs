@@ -6,7 +6,7 @@
 //! which is the number of its points on the top over that of the cells around it which lie wholly
 //! on the top.
 
-use super::{Object, Reason};
+use super::Object;
 use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
 use crate::{Bounds, Point};
@@ -19,12 +19,11 @@ const NEAR: usize = 2;
 /// rectangular distribution has this standard deviation in parts of its width (GUM 4.3.7).
 const BETWEEN: f64 = 0.289;
 
-/// Takes flat-topped objects with steep sides for what their tops cover, in place of their volume
+/// Takes flat-topped objects, none of which is a pile, for what their tops cover, in place of their volume
 /// by the height of their cells.
-pub(crate) fn trim(grid: &Grid, points: &[Point], objects: &mut [Object], margin_m: f64) {
-    let steep = objects.iter_mut().filter(|o| o.reason == Some(Reason::SteepSides));
-    let mut flat: Vec<(&mut Object, f64)> =
-        steep.filter_map(|o| flat_top(o, margin_m).map(|height_m| (o, height_m))).collect();
+pub(crate) fn trim<'a>(grid: &Grid, points: &[Point], objects: &'a mut [Object], margin_m: f64) {
+    let top = |o: &'a mut Object| flat_top(o, margin_m).map(|height_m| (o, height_m));
+    let mut flat: Vec<(&mut Object, f64)> = objects.iter_mut().filter_map(top).collect();
     let points = points_over(grid, points, flat.iter().map(|(object, _)| &**object));
     for (object, height_m) in &mut flat {
         let cells = covered(grid, &on_top(grid, &points, object, *height_m, margin_m));

@@ -54,7 +54,7 @@ use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 pub(crate) use hidden::beyond;
 use object::{object, why_no_pile};
-use patch::{Patch, Reach, Scene, spread};
+use patch::{Patch, Reach, Scene};
 use ring::ring_plane;
 pub(crate) use territory::{EIGHT, FOUR, NOBODY, Territory};
 use things::Things;
@@ -145,8 +145,7 @@ pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
     map
 }
 
-/// The labels of the cells that stand clear of the ground around each object, and of those that
-/// these hide.
+/// The labels of the cells that were seen to stand clear of the ground around each object.
 fn clear_of_ground(
     scene: &Scene<'_>,
     labels: &[i32],
@@ -154,14 +153,12 @@ fn clear_of_ground(
     settings: &Settings,
 ) -> Vec<i32> {
     let bases = bases(whole, settings);
-    let clear = |cell: usize| {
-        let base = bases.get(&labels[cell])?;
-        Some(scene.heights_m[cell] - base.at(scene.grid.center(cell)) > settings.margin_m)
+    let clear = |(cell, &label): (usize, &i32)| {
+        let base = bases.get(&label)?;
+        let above_m = scene.heights_m[cell] - base.at(scene.grid.center(cell));
+        (above_m > settings.margin_m).then_some(label)
     };
-    let seen: Vec<usize> = (0..labels.len()).filter(|&cell| clear(cell) == Some(true)).collect();
-    let hidden = |cell: usize| scene.heights_m[cell].is_nan() && !scene.faces.bars[cell];
-    let reached = spread(scene.grid, seen, |cell| labels[cell] != NOBODY && hidden(cell));
-    labels.iter().zip(reached).map(|(&label, is)| if is { label } else { NOBODY }).collect()
+    labels.iter().enumerate().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
 }
 
 /// The plane of the ground around each object.

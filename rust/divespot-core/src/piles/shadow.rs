@@ -22,7 +22,8 @@ const NEAR: usize = 3;
 /// What lies around most of a shadow's edge has something over it, and is no veil beside it.
 pub(crate) fn mark(grid: &Grid, heights_m: &[f64], objects: &mut [Object]) {
     let shadows = Shadows::of(grid, heights_m);
-    let steep = objects.iter().filter(|o| o.reason == Some(Reason::SteepSides));
+    let is_steep = |o: &&Object| matches!(o.reason, Some(Reason::SteepSides | Reason::Apart));
+    let steep = objects.iter().filter(is_steep);
     let cast: Vec<(f64, BTreeSet<usize>)> = steep
         .map(|o| (o.max_height_m, o.covers_m.iter().flat_map(|p| shadows.near(p)).collect()))
         .collect();
