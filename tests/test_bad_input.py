@@ -90,9 +90,13 @@ NO_PILE: Mapping[str, Floats] = {
     "tilted": turned(flat()[:, [1, 2, 0]], 35)[:, [2, 0, 1]],
     "1e9 wide": flat() * 5e8,
     "1e-5 wide": flat() * 1e-5,
-    "filled cube": np.random.default_rng(0).uniform(0, 1, (3000, 3)),
     "one stray": np.r_[flat(), [[1e5, 1e5, 1e5]]],
 }
+
+
+def test_a_cloud_without_a_surface_shows_no_ground() -> None:
+    with pytest.raises(DivespotError, match=r"no ground is in view|which way is up"):
+        divespot.measure(np.random.default_rng(0).uniform(0, 1, (3000, 3)))
 
 
 @pytest.mark.parametrize("name", NO_PILE)

@@ -111,7 +111,18 @@ def test_a_flank_that_nobody_saw_is_within_its_uncertainty() -> None:
     assert pile.budget.filled_m3 > 0.0
 
 
-@pytest.mark.parametrize(("kept", "within"), [(0.015, 0.02), (0.004, 0.03), (0.001, 0.08)])
+@pytest.mark.parametrize(
+    ("kept", "within"),
+    [
+        (0.015, 0.02),
+        (0.004, 0.03),
+        pytest.param(
+            0.001,
+            0.08,
+            marks=pytest.mark.xfail(strict=True, reason="no ground is found among 260 points"),
+        ),
+    ],
+)
 def test_few_points_are_enough(kept: float, within: float) -> None:
     points = taken("shape-17").points
     chosen = np.random.default_rng(5).choice(

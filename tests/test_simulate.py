@@ -350,7 +350,7 @@ def test_a_dense_scan_from_above_rasterises_to_the_truth(seed: int) -> None:
         (lambda: scan(replace(TINY, camera=replace(QUIET, height_m=0.01))), "under the surface"),
         (lambda: scan(TINY, seed=-1), "seed is -1"),
         (lambda: scan(TINY, density=0.0), "density is 0.0"),
-        (lambda: scan("shape-99"), "shape-01, .*, grain-2m"),
+        (lambda: scan("shape-99"), "shape-01, shape-02, "),
     ],
 )
 def test_bad_input_is_named(make: object, sentence: str) -> None:

@@ -17,8 +17,8 @@ from divespot.kernels import radius_outlier_mask
 from divespot.mass import mass_kg
 from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Budget, Outline, Pile
-from divespot.settings import given
-from divespot.surface import NO_GROUND, WALKED, needs_ground
+from divespot.settings import given, needs_ground
+from divespot.surface import NO_GROUND, WALKED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -13,7 +13,7 @@ from divespot import _native
 from divespot.errors import DivespotError
 from divespot.plane import Plane
 from divespot.report import Ground
-from divespot.settings import given
+from divespot.settings import given, needs_ground
 from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up, Z, angle_deg, upward
 
 if TYPE_CHECKING:
@@ -92,7 +92,8 @@ def find_pose(
     plane = _upright(fitted, points, evidence, settings)
     rotation = _native.leveling(points, plane.normal, settings.threads)
     up = Up(evidence, plane, found_from, doubted=doubted)
-    if up.source == "nothing below" and fitted.inliers < FLAT_SHARE * len(points):
+    is_flat = fitted.inliers >= FLAT_SHARE * len(points)
+    if needs_ground(settings) and up.source == "nothing below" and not is_flat:
         share = fitted.inliers / len(points)
         raise DivespotError(
             f"which way is up cannot be told: only {share:.0%} of the points lie on one plane, "

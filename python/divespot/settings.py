@@ -254,6 +254,15 @@ def _rounded(length_m: float) -> float:
     return 2.0 ** (round(16.0 * math.log2(length_m)) / 16.0) if length_m > 0.0 else 0.0
 
 
+#: Bases that stand whether or not the ground is in view.
+GIVEN = ("height=", "surface=")
+
+
+def needs_ground(settings: Settings) -> bool:
+    """Return whether piles stand on the ground in view, not on a floor that was given."""
+    return settings.outline is None and not settings.base.startswith(GIVEN)
+
+
 def given(value: float | None) -> float:
     """Return a length that must be known by now."""
     if value is None:

@@ -11,7 +11,7 @@ from divespot import _native
 from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
 from divespot.grid import HeightMap, height_map
-from divespot.settings import given
+from divespot.settings import given, needs_ground
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,15 +24,12 @@ NO_GROUND = (
     "around the piles is needed, or a base (height=H or surface=FILE)"
 )
 
-#: Bases that stand whether or not the ground is in view.
-GIVEN = ("height=", "surface=")
-
 #: The walk goes over cells of so many point spacings, that each holds some points.
 WALKED = 2.0
 
-#: Above a floor that was given, what the walk reaches less than this share of cannot be walked, as
-#: between balls or stones that are wider than a cell: every point counts.
-WALKABLE = 0.4
+#: Above a floor that was given, a scene of which the walk reaches less than this share in plan
+#: cannot be walked, as between balls or stones that are wider than a cell: every point counts.
+WALKABLE = 0.6
 
 #: With less of a cluster reached than this share, it is apart.
 MUCH = 0.1
@@ -81,18 +78,13 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     anywhere = not needs_ground(settings)
     is_on = _native.surface_points(points, cell_m, scan.roughness_m, anywhere, settings.threads)
-    if anywhere and is_on.mean() < WALKABLE:
+    if anywhere and _cells(points[is_on], cell_m) < WALKABLE * _cells(points, cell_m):
         return Surface(points, ~nothing, nothing)
     is_apart = _apart(points, is_on, scan, settings)
     is_on &= ~is_apart
     if not is_on.any():
         raise DivespotError(NO_GROUND)
     return Surface(points, is_on, is_apart)
-
-
-def needs_ground(settings: Settings) -> bool:
-    """Return whether piles stand on the ground in view, not on a floor that was given."""
-    return settings.outline is None and not settings.base.startswith(GIVEN)
 
 
 def _apart(
@@ -110,6 +102,11 @@ def _apart(
     apart = reached < MUCH * np.minimum(np.bincount(cluster), is_on.sum())
     apart[0] = False
     return np.asarray(apart[cluster])
+
+
+def _cells(points: NDArray[np.float64], cell_m: float) -> int:
+    """Return the number of cells in plan that points lie in."""
+    return len(np.unique(np.floor(points[:, :2] / cell_m), axis=0))
 
 
 def map_heights(surface: Surface, settings: Settings) -> HeightMap:

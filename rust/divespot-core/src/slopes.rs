@@ -2,8 +2,8 @@
 
 use crate::count::to_f64;
 use crate::heightmap::Grid;
-use crate::material::GENTLE;
-use crate::robust::scale;
+use crate::material::{FLATTEST, GENTLE};
+use crate::robust::{median, scale};
 
 /// The window of the slope is so wide that its noise is this many times smaller than [`GENTLE`].
 const CERTAIN: f64 = 8.0;
@@ -26,15 +26,26 @@ impl Slopes {
         let sums = Sums::of(grid, heights_m);
         let k = reach.cast_signed();
         let run = to_f64(reach + 1) * grid.cell_m;
-        let gentle = |at: (usize, usize)| {
+        let slope = |at: (usize, usize)| {
             let mean = |columns, rows| sums.mean(at, columns, rows);
             let along = mean((1, k), (-k, k)) - mean((-k, -1), (-k, k));
             let across = mean((-k, k), (1, k)) - mean((-k, k), (-k, -1));
-            along * along + across * across <= (GENTLE * run).powi(2)
+            [along / run, across / run]
         };
-        let places = || (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
-        Self { reach, noise_m, gentle: places().map(gentle).collect() }
+        let places = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
+        let slopes: Vec<[f64; 2]> = places.map(slope).collect();
+        let tilt = tilt(&slopes);
+        let gentle = |s: &[f64; 2]| (s[0] - tilt[0]).hypot(s[1] - tilt[1]) <= GENTLE;
+        Self { reach, noise_m, gentle: slopes.iter().map(gentle).collect() }
     }
+}
+
+/// The slope of the whole scene, where that is flatter than any flank: of a hillside's scan that was
+/// not turned level.
+fn tilt(slopes: &[[f64; 2]]) -> [f64; 2] {
+    let known = |k: usize| slopes.iter().map(|s| s[k]).filter(|v| !v.is_nan()).collect();
+    let tilt = [0, 1].map(|k| median(known(k)));
+    if tilt[0].hypot(tilt[1]) < FLATTEST { tilt } else { [0.0; 2] }
 }
 
 /// The half-width of a window over which the noise of the slope is small.

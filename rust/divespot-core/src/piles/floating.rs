@@ -1,28 +1,29 @@
 //! Things that hang in the air.
 //!
-//! What stands on the ground hides the ground below it. Where the surface was seen below most of an
-//! object, from another side or through it, the object floats: a lamp, the arm of a crane, a veil
-//! of flying pixels. What lies between it and the surface is air.
+//! What stands on the ground hides the ground below it. Where the surface was seen below an object,
+//! from another side or through it, about as well as the object itself, it floats: a lamp, the arm of
+//! a crane, a veil of flying pixels. What lies between it and the surface is air.
 
-use super::{Object, Reason};
-use crate::count::to_f64;
+use super::{Found, Object, Reason};
 use crate::heightmap::Grid;
 
-/// An object floats if the surface was seen below this share of its cells: aslant, it is seen below
-/// a box's rim as well.
+/// An object floats if the surface below it shows at least this share of the points that it has
+/// itself: aslant, some are seen below a box's rim as well.
 const BELOW: f64 = 0.5;
-/// The surface lies below an object where it is lower by more than this share of its height.
+/// The surface lies below an object where it is lower than this share of its height.
 const LOWER: f64 = 0.5;
 
-/// Gives the reason to every object that floats above a surface of these heights.
-pub(crate) fn mark(grid: &Grid, surface_m: &[f64], objects: &mut [Object]) {
+/// Gives the reason to every object that floats above the surface.
+pub(crate) fn mark(grid: &Grid, found: &Found, objects: &mut [Object]) {
     for object in objects {
-        let lower = |p: &&[f64; 3]| {
-            let above_m = surface_m[grid.cell(&p[..])] - object.base.at([p[0], p[1]]);
-            above_m < LOWER * p[2]
-        };
-        let below = object.covers_m.iter().filter(lower).count();
-        if to_f64(below) > BELOW * to_f64(object.covers_m.len()) {
+        let mut high_m = vec![f64::NAN; grid.len()];
+        object.covers_m.iter().for_each(|p| high_m[grid.cell(p)] = p[2]);
+        let above_m = |p: &[f64; 3]| p[2] - object.base.at([p[0], p[1]]);
+        let over = |p: &&[f64; 3]| grid.holds(p) && !high_m[grid.cell(&p[..])].is_nan();
+        let lower = |p: &&[f64; 3]| above_m(p) < LOWER * high_m[grid.cell(&p[..])];
+        let below = found.surface.iter().filter(over).filter(lower).count();
+        let own = found.loose.iter().filter(over).count();
+        if below as f64 > BELOW * own as f64 {
             object.reason = Some(Reason::Floating);
         }
     }

@@ -10,7 +10,6 @@ use crate::heightmap::Grid;
 /// The connected pieces of what lies above a surface.
 pub(crate) struct Things<'a> {
     grid: &'a Grid,
-    surface_m: &'a [f64],
     all: &'a Found,
     above: Above,
     found: Found,
@@ -32,7 +31,7 @@ impl<'a> Things<'a> {
         let with_things_m = (0..grid.len()).map(height).collect();
         let ground = (0..grid.len()).map(|c| found.ground[c] && !is_thing(c)).collect();
         let standing = Found { ground, ..Found::on_all_else(labels) };
-        Self { grid, surface_m, all: found, above, found: standing, with_things_m }
+        Self { grid, all: found, above, found: standing, with_things_m }
     }
 
     /// Measures each; none is a pile.
@@ -42,7 +41,7 @@ impl<'a> Things<'a> {
             object.reason.get_or_insert(Reason::Apart);
         }
         flat_top::trim(self.grid, &self.all.loose, &mut objects, settings.margin_m);
-        floating::mark(self.grid, self.surface_m, &mut objects);
+        floating::mark(self.grid, self.all, &mut objects);
         for object in objects.iter_mut().filter(|object| self.is_apart(object)) {
             object.reason = Some(Reason::Apart);
         }
