@@ -57,17 +57,13 @@ fn closed(
     hidden: &Hidden<'_>,
 ) -> (Vec<f64>, Vec<usize>) {
     let mut filled = above.to_vec();
-    let beyond = gaps.iter().filter(|&&cell| patch.beyond[cell]);
-    beyond.for_each(|&cell| filled[cell] = hidden.above_m[cell]);
-    gaps.retain(|&cell| !patch.beyond[cell]);
+    for &cell in &gaps {
+        if patch.beyond[cell] || hidden.covers(cell) {
+            filled[cell] = hidden.above_m[cell];
+        }
+    }
+    gaps.retain(|&cell| filled[cell].is_nan());
     stretch(patch, &mut filled, &gaps);
-    gaps.retain(|&cell| {
-        // A film from rim to rim is too high in a shadow, and may be too low where it is narrow.
-        let flank_m = if hidden.covers(cell) { hidden.above_m[cell] } else { filled[cell] };
-        let is_shadow = flank_m < filled[cell];
-        filled[cell] = if is_shadow { flank_m } else { filled[cell].midpoint(flank_m) };
-        !is_shadow
-    });
     (filled, gaps)
 }
 

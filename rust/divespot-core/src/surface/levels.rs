@@ -10,7 +10,7 @@ use crate::piles::{EIGHT, FOUR};
 use crate::slopes::Slopes;
 
 /// A part of fewer cells is no level; nor is one of less than this share of the largest.
-const FEWEST: usize = 20;
+const FEWEST: usize = 40;
 const SHARE: f64 = 0.02;
 /// A level's edge goes a way with this share of it.
 const MOST: f64 = 0.75;
