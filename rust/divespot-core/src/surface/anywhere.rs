@@ -1,28 +1,26 @@
 //! Where a walk starts if no ground is in view: a filled bin, a heap that fills the frame or was cut
 //! out of its surroundings.
 
+use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::piles::FOUR;
 
-/// Adds the largest connected piece of the lowest layer to the seeds, unless the walk starts there
-/// already; neighbours within the walk's reach of each other are connected.
-pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f64]) {
-    let piece = largest(grid, lowest_m, reach_m);
-    if piece.iter().all(|&cell| seeds_m[cell].is_nan()) {
-        piece.iter().for_each(|&cell| seeds_m[cell] = lowest_m[cell]);
-    }
-}
+/// A piece of this share of the largest is large: the fill of a truck beside the floor around it.
+const LARGE: f64 = 0.1;
 
-fn largest(grid: &Grid, heights_m: &[f64], reach_m: f64) -> Vec<usize> {
-    let mut left: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
-    let mut largest = Vec::new();
-    for first in 0..left.len() {
-        let piece = piece(grid, heights_m, reach_m, first, &mut left);
-        if piece.len() > largest.len() {
-            largest = piece;
+/// Adds the large connected pieces of the lowest layer to the seeds, but those in which the walk
+/// starts already; neighbours within the walk's reach of each other are connected.
+pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f64]) {
+    let mut left: Vec<bool> = lowest_m.iter().map(|h| !h.is_nan()).collect();
+    let pieces: Vec<Vec<usize>> =
+        (0..left.len()).map(|first| piece(grid, lowest_m, reach_m, first, &mut left)).collect();
+    let largest = pieces.iter().map(Vec::len).max().unwrap_or(0);
+    let large = |piece: &&Vec<usize>| to_f64(piece.len()) > LARGE * to_f64(largest);
+    for piece in pieces.iter().filter(large) {
+        if piece.iter().all(|&cell| seeds_m[cell].is_nan()) {
+            piece.iter().for_each(|&cell| seeds_m[cell] = lowest_m[cell]);
         }
     }
-    largest
 }
 
 fn piece(
