@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
@@ -254,6 +254,7 @@ def test_any_heaps_on_a_floor_end_in_a_report(
     z = np.zeros_like(x)
     for at_x, at_y, height in lumps:
         z = np.maximum(z, height - 0.6 * np.hypot(x - at_x, y - at_y))
+    assume(np.mean(z == 0.0) > 0.3)  # of less no ground need be found
     points = np.column_stack([x, y, z + np.random.default_rng(seed).normal(0, 1e-3, x.size)])
     points[:: holes + 1][: 30 * holes] = np.nan
     for found in objects(divespot.measure(points * scale)):

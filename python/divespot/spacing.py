@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from divespot import _native
 from divespot._arguments import as_floats, seed_number, thread_number
 from divespot.kernels import voxel_downsample
 from divespot.plane import fit_plane
-from divespot.settings import ground_lengths
+from divespot.settings import SIGMAS, ground_lengths
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -120,7 +119,8 @@ def flatness(found: Survey, settings: Settings) -> float:
     ever smaller thresholds the one is taken to which the nearest share of the surveyed points
     lies nearest (least quantile of squares).
     """
-    least, widest_m = math.inf, ground_lengths(found)["plane_threshold_m"]
+    widest_m = ground_lengths(found)["plane_threshold_m"]
+    least = widest_m * FLAT_QUANTILE / SIGMAS
     for halvings in range(HALVINGS):
         threshold_m = widest_m / 2.0**halvings
         plane = fit_plane(found.at_m, threshold_m, seed=settings.seed, threads=settings.threads)

@@ -78,7 +78,10 @@ impl Levels {
         let parts = components(grid, gentle.collect(), &FOUR);
         let largest = parts.iter().map(Vec::len).max().unwrap_or(0);
         let fewest = FEWEST.max((SHARE * to_f64(largest)) as usize);
-        let parts: Vec<Vec<usize>> = parts.into_iter().filter(|p| p.len() >= fewest).collect();
+        let near_m = GENTLE * grid.cell_m + CLEAR * slopes.noise_m;
+        let on_plane = |part: &[usize]| part.iter().all(|&cell| heights_m[cell].abs() <= near_m);
+        let is_level = |part: &Vec<usize>| part.len() >= fewest || on_plane(part);
+        let parts: Vec<Vec<usize>> = parts.into_iter().filter(is_level).collect();
         let mut of = vec![NONE; grid.len()];
         for (part, cells) in (0..).zip(&parts) {
             cells.iter().for_each(|&cell| of[cell] = part);
