@@ -7,12 +7,19 @@
 //! on the top.
 
 use super::Object;
+use super::base::{Kind, value, weighted_plane};
 use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
+use crate::robust::{median, median_in};
 use crate::{Bounds, Point};
 
-/// A top is flat if this share of the object's cells lies within the margin of their median height.
+/// A top is flat if this share of the object's cells lies within the margin of a plane.
 const FLAT: f64 = 0.5;
+/// The first plane is level; a top is inclined by a few margins at most.
+const FITS: usize = 4;
+/// A cell lies wholly on the top if it and its neighbours hold this share of the points that they
+/// typically do: those inside of a straight edge that runs along a cell do.
+const INSIDE: f64 = 2.0 / 3.0;
 /// Cells wholly on the top are looked for so many columns and rows around.
 const NEAR: usize = 2;
 /// The edge is as likely to lie anywhere between the top's and the one that was found by height: a
@@ -22,12 +29,12 @@ const BETWEEN: f64 = 0.289;
 /// Takes flat-topped objects, none of which is a pile, for what their tops cover, in place of their volume
 /// by the height of their cells.
 pub(crate) fn trim<'a>(grid: &Grid, points: &[Point], objects: &'a mut [Object], margin_m: f64) {
-    let top = |o: &'a mut Object| flat_top(o, margin_m).map(|height_m| (o, height_m));
-    let mut flat: Vec<(&mut Object, f64)> = objects.iter_mut().filter_map(top).collect();
+    let top = |o: &'a mut Object| Top::of(o, margin_m).map(|top| (o, top));
+    let mut flat: Vec<(&mut Object, Top)> = objects.iter_mut().filter_map(top).collect();
     let points = points_over(grid, points, flat.iter().map(|(object, _)| &**object));
-    for (object, height_m) in &mut flat {
-        let cells = covered(grid, &on_top(grid, &points, object, *height_m, margin_m));
-        shrink(object, *height_m, cells * grid.cell_m * grid.cell_m);
+    for (object, top) in &mut flat {
+        let cells = covered(grid, &on_top(grid, &points, object, top));
+        shrink(object, top.height_m, cells * grid.cell_m * grid.cell_m);
     }
 }
 
@@ -47,29 +54,55 @@ pub(crate) fn points_over<'a>(
     near.map(|p| (grid.cell(p), *p)).filter(|&(cell, _)| covers[cell]).collect()
 }
 
-/// The height of an object's top above its base, if it is flat.
-fn flat_top(object: &Object, margin_m: f64) -> Option<f64> {
-    let mut heights: Vec<f64> = object.covers_m.iter().map(|p| p[2]).collect();
-    heights.sort_by(f64::total_cmp);
-    let median = *heights.get(heights.len() / 2)?;
-    let top: Vec<f64> =
-        heights.iter().copied().filter(|h| (h - median).abs() <= margin_m).collect();
-    let flat = to_f64(top.len()) > FLAT * to_f64(heights.len());
-    flat.then(|| top.iter().sum::<f64>() / to_f64(top.len()))
+/// The flat top of an object, as a plane above its base.
+struct Top {
+    center_m: [f64; 2],
+    plane: [f64; 3],
+    margin_m: f64,
+    /// The mean height of its cells.
+    height_m: f64,
+}
+
+impl Top {
+    /// The plane through the cells near the median height, and then through those near itself;
+    /// `None` where these are too few.
+    fn of(object: &Object, margin_m: f64) -> Option<Self> {
+        let mut heights: Vec<f64> = object.covers_m.iter().map(|p| p[2]).collect();
+        let plane = [median_in(&mut heights), 0.0, 0.0];
+        let first = object.covers_m.first()?;
+        let mut top = Self { center_m: [first[0], first[1]], plane, margin_m, height_m: plane[0] };
+        for _ in 0..FITS {
+            let local: Vec<[f64; 3]> = object
+                .covers_m
+                .iter()
+                .filter(|p| top.off_m(p).abs() <= margin_m)
+                .map(|p| top.local(p))
+                .collect();
+            if to_f64(local.len()) <= FLAT * to_f64(heights.len()) {
+                return None;
+            }
+            top.plane = weighted_plane(&local, std::iter::repeat(1.0), Kind::Ring)?.into();
+            top.height_m = local.iter().map(|p| p[2]).sum::<f64>() / to_f64(local.len());
+        }
+        Some(top)
+    }
+
+    fn local(&self, p: &[f64; 3]) -> [f64; 3] {
+        [p[0] - self.center_m[0], p[1] - self.center_m[1], p[2]]
+    }
+
+    /// How far a height above the base lies above the top.
+    fn off_m(&self, p: &[f64; 3]) -> f64 {
+        p[2] - value(&self.plane.into(), &self.local(p))
+    }
 }
 
 /// Points on the top in each cell that the object covers; NaN in all others.
-fn on_top(
-    grid: &Grid,
-    points: &[(usize, Point)],
-    object: &Object,
-    height_m: f64,
-    margin_m: f64,
-) -> Vec<f64> {
+fn on_top(grid: &Grid, points: &[(usize, Point)], object: &Object, top: &Top) -> Vec<f64> {
     let mut count = vec![f64::NAN; grid.len()];
     object.covers_m.iter().for_each(|p| count[grid.cell(p)] = 0.0);
     for &(cell, [x, y, z]) in points {
-        let on_top = || (z - object.base.at([x, y]) - height_m).abs() <= margin_m;
+        let on_top = || top.off_m(&[x, y, z - object.base.at([x, y])]).abs() <= top.margin_m;
         if !count[cell].is_nan() && on_top() {
             count[cell] += 1.0;
         }
@@ -80,20 +113,27 @@ fn on_top(
 /// How many cells the top covers, from the points on it in each cell.
 fn covered(grid: &Grid, on_top: &[f64]) -> f64 {
     let cells: Vec<usize> = (0..on_top.len()).filter(|&cell| !on_top[cell].is_nan()).collect();
-    let is_whole = |cell: usize| grid.around(cell, 1).all(|n| on_top[n] > 0.0);
-    let mut whole = vec![false; on_top.len()];
-    cells.iter().for_each(|&cell| whole[cell] = is_whole(cell));
-    let mean = |cells: &mut dyn Iterator<Item = usize>| {
-        let known = cells.filter(|&cell| whole[cell]).map(|cell| on_top[cell]);
-        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), n| (sum + n, count + 1.0));
-        (count > 0.0).then(|| sum / count)
-    };
-    let everywhere = mean(&mut cells.iter().copied());
+    let around: Vec<f64> = cells.iter().map(|&cell| around(grid, on_top, cell)).collect();
+    let typical = median(around.iter().copied().filter(|&count| count > 0.0).collect());
+    let mut whole = vec![f64::NAN; on_top.len()];
+    for (&cell, &count) in cells.iter().zip(&around) {
+        if count >= INSIDE * typical {
+            whole[cell] = count;
+        }
+    }
     let share = |&cell: &usize| {
-        let around = mean(&mut grid.around(cell, NEAR)).or(everywhere);
-        if whole[cell] { 1.0 } else { around.map_or(1.0, |full| (on_top[cell] / full).min(1.0)) }
+        let near = grid.around(cell, NEAR).map(|n| whole[n]).filter(|count| !count.is_nan());
+        let (sum, cells) = near.fold((0.0, 0.0), |(sum, cells), n| (sum + n, cells + 1.0));
+        let full = if cells > 0.0 { sum / cells } else { typical };
+        if whole[cell].is_nan() { on_top[cell] / full } else { 1.0 }
     };
     cells.iter().map(share).sum()
+}
+
+/// The mean number of points on the top in a cell and its neighbours.
+fn around(grid: &Grid, on_top: &[f64], cell: usize) -> f64 {
+    let counts = grid.around(cell, 1).map(|n| on_top[n]).filter(|count| !count.is_nan());
+    counts.sum::<f64>() / to_f64(grid.around(cell, 1).count())
 }
 
 /// What lies beyond the top was counted too much: trimming never adds.

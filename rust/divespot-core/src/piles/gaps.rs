@@ -8,6 +8,10 @@ use crate::film::{Node, relax};
 /// Standard deviation of what lies anywhere within one of the middle (GUM 4.3.7).
 pub(crate) const ANYWHERE: f64 = 0.577;
 
+/// Mean square, as a root, of what lies above a flank at most as high as the line of sight, and the
+/// less likely the higher (a triangular distribution with its mode at the flank; GUM 4.3.9).
+const BELOW_SIGHT: f64 = 0.408;
+
 /// Heights above the base with the gaps closed.
 pub(crate) struct Filled {
     pub(crate) above_m: Vec<f64>,
@@ -26,12 +30,13 @@ pub(crate) fn fill(patch: &Patch, above: &[f64]) -> Filled {
         return Filled { above_m: above.to_vec(), u_m3: 0.0 };
     }
     let hidden = Hidden::behind(patch, above);
+    let sight_m3 = hidden.below_sight_m3(patch);
     let (filled, film) = closed(patch, above, gaps, &hidden);
     // The surface lies between the film and the lowest that the material can stand.
     let share = |cell: usize| patch.counted(cell).share;
     let slack = film.iter().map(|&c| share(c) * (filled[c] - hidden.above_m[c]).abs());
     let u_film_m3 = ANYWHERE * slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m;
-    Filled { u_m3: u_film_m3.hypot(hidden.u_m3()), above_m: filled }
+    Filled { u_m3: u_film_m3.hypot(hidden.u_m3()).hypot(BELOW_SIGHT * sight_m3), above_m: filled }
 }
 
 /// The heights of [`fill`] alone, for about half the work.
@@ -128,6 +133,18 @@ impl<'a> Hidden<'a> {
 
     fn covers(&self, cell: usize) -> bool {
         self.open[cell] && self.above_m[cell] > 0.0
+    }
+
+    /// The volume in the shadow between the flanks and the line of sight over the crest: a film
+    /// across the shadow ends where that line meets the ground.
+    fn below_sight_m3(&self, patch: &Patch) -> f64 {
+        let mut sight_m = self.flanks.above.to_vec();
+        let shadow: Vec<usize> =
+            (0..sight_m.len()).filter(|&cell| self.flanks.unseen(cell)).collect();
+        stretch(patch, &mut sight_m, &shadow);
+        let held = patch.held().filter(|&cell| self.flanks.unseen(cell) && self.open[cell]);
+        let slack = held.map(|cell| (sight_m[cell] - self.above_m[cell]).max(0.0));
+        slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m
     }
 
     /// Standard uncertainty of the volume of the hidden flanks.

@@ -100,12 +100,12 @@ pub fn measure(
     }
     let mut objects = measured(grid, heights_m, found, settings)?;
     if found.loose.is_empty() {
-        shadow::mark(grid, heights_m, &mut objects);
+        shadow::mark(grid, heights_m, heights_m, &mut objects);
         return Ok(objects);
     }
     let things = Things::of(grid, heights_m, found, settings);
     objects.extend(things.measured(settings)?);
-    shadow::mark(grid, &things.with_things_m, &mut objects);
+    shadow::mark(grid, heights_m, &things.with_things_m, &mut objects);
     Ok(objects)
 }
 

@@ -17,27 +17,39 @@ const SUMMIT: f64 = 0.05;
 /// A cell so many columns and rows from a shadow borders it.
 const NEAR: usize = 3;
 
-/// Gives the reason to every object whose summit borders the shadow of a higher, steep one.
+/// Gives the reason to every object whose summit borders the shadow of a higher, steep one;
+/// `heights_m` are those of the surface, `surface_m`, and of what stands on it.
 ///
-/// What lies around most of a shadow's edge has something over it, and is no veil beside it.
-pub(crate) fn mark(grid: &Grid, heights_m: &[f64], objects: &mut [Object]) {
+/// What lies around most of a shadow's edge, and was seen for the most part itself, has something
+/// over it, and is no veil beside it.
+pub(crate) fn mark(grid: &Grid, surface_m: &[f64], heights_m: &[f64], objects: &mut [Object]) {
+    let seen = |o: &Object| mostly_seen(grid, surface_m, o);
     let shadows = Shadows::of(grid, heights_m);
     let is_steep = |o: &&Object| matches!(o.reason, Some(Reason::SteepSides | Reason::Apart));
     let steep = objects.iter().filter(is_steep);
     let cast: Vec<(f64, BTreeSet<usize>)> = steep
         .map(|o| (o.max_height_m, o.covers_m.iter().flat_map(|p| shadows.near(p)).collect()))
         .collect();
-    for object in objects.iter_mut().filter(|o| o.reason.is_none()) {
+    let lies = |o: &&mut Object| matches!(o.reason, None | Some(Reason::NotClear));
+    for object in objects.iter_mut().filter(lies) {
         let higher = cast.iter().filter(|(height_m, _)| *height_m > object.max_height_m);
         let mut beside: BTreeSet<usize> =
             higher.flat_map(|(_, shadows)| shadows).copied().collect();
-        beside.retain(|&shadow| !shadows.is_within(shadow, object));
+        beside.retain(|&shadow| !(seen(object) && shadows.is_within(shadow, object)));
         let top = summit(object);
         let borders = top.iter().filter(|p| shadows.near(p).any(|s| beside.contains(&s))).count();
         if 2 * borders > top.len() {
             object.reason = Some(Reason::Shadow);
         }
     }
+}
+
+/// Whether the surface was seen over most of an object's volume.
+fn mostly_seen(grid: &Grid, surface_m: &[f64], object: &Object) -> bool {
+    let sum =
+        |cells: &mut dyn Iterator<Item = &[f64; 3]>| cells.map(|p| p[2].max(0.0)).sum::<f64>();
+    let seen = |p: &&[f64; 3]| !surface_m[grid.cell(&p[..])].is_nan();
+    2.0 * sum(&mut object.covers_m.iter().filter(seen)) > sum(&mut object.covers_m.iter())
 }
 
 fn summit(object: &Object) -> Vec<[f64; 3]> {
