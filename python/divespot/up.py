@@ -208,6 +208,12 @@ class Up:
         return "the floor is level, but the sensor stood below it in z: -z was taken as up"
 
     def _with_the_scan(self) -> str | None:
+        off_deg = angle_deg(self.plane.normal, (0.0, 0.0, -1.0))
+        if self.source == "nothing below" and off_deg < LEVEL_DEG:
+            return (
+                f"up was taken as -z ({off_deg:.0f}° off), since nothing lies below the ground so: "
+                "if z is up, what was measured are holes: give up"
+            )
         if not self.doubted or self.source not in REASONS:
             return None
         return (

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from divespot.simulate.heap import radius_of_cone
 from divespot.simulate.pose import Pose
-from divespot.simulate.shapes import unlevelled
 from divespot.simulate.surroundings import boxes_around
 from divespot.simulate.varied import above, apart, log_uniform, seen
 
@@ -61,8 +60,10 @@ def top_of(pile: Pile) -> float:
 
 
 def upright(size_m: float, rng: np.random.Generator) -> Pose:
-    """Draw a pose whose z is up but for a few degrees: that of a survey where piles are large."""
+    """Draw a pose whose z is up: by a level of 0.2° in the instrument, or that of a survey."""
     if size_m < SURVEYED_M:
-        return unlevelled(rng)
+        roll_deg, pitch_deg = rng.normal(0, 0.1, 2).clip(-0.2, 0.2)
+        x, y, z = rng.uniform(-1, 1, 3)
+        return Pose(roll_deg, pitch_deg, rng.uniform(0, 360), (x, y, z))
     x, y, z = rng.uniform((3e5, 2e5, 0.0), (7e5, 8e6, 900.0))
     return Pose(yaw_deg=rng.uniform(0, 360), shift_m=(x, y, z))

@@ -167,15 +167,17 @@ impl Looker<'_> {
 
     fn look(&self, edge: &mut Edge, from: usize, cell: usize, steps: usize) {
         let rise = self.heights_m[cell] - self.heights_m[from];
-        let run = to_f64(steps) * self.grid.cell_m;
-        let clear = CLEAR * self.noise_m + 0.1 * run;
+        let run = |steps: usize| to_f64(steps) * self.grid.cell_m;
+        let clear = CLEAR * self.noise_m + 0.1 * run(steps);
         if rise.is_nan() {
             edge.open += if self.beyond[cell] { 1.0 } else { 0.0 };
         } else if rise > clear {
             edge.up += 1.0;
         } else if rise < -clear {
             edge.down += 1.0;
-            edge.cliff += if -rise > NEVER_STEEPER * run { 1.0 } else { 0.0 };
+            // As far as its window reaches a part goes on.
+            let is_cliff = -rise > NEVER_STEEPER * run(steps - self.reach);
+            edge.cliff += if is_cliff { 1.0 } else { 0.0 };
         } else {
             edge.even += 1.0;
         }
