@@ -91,7 +91,7 @@ pub(crate) struct Reach {
 
 /// How far around an object its ground is looked at for waves, as a share of the edge of a square
 /// of its size. Farther off, ground tells less of that below than steps between frames mislead.
-const WAVES_SHARE: f64 = 0.5;
+const WAVES_SHARE: f64 = 1.0;
 /// A ring has at least this many steps.
 const FEWEST_STEPS: u32 = 3;
 
