@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from divespot.earlier import Seen
     from divespot.frame import Frame
     from divespot.grid import HeightMap
-    from divespot.objects import GroundLevel
+    from divespot.ground_level import GroundLevel
     from divespot.report import Report
     from divespot.settings import Settings
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from divespot.bases import Bases
     from divespot.earlier import Seen
     from divespot.grid import HeightMap
-    from divespot.objects import GroundLevel
+    from divespot.ground_level import GroundLevel
     from divespot.settings import Settings
     from divespot.surface import Surface
 

@@ -5,20 +5,18 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from divespot import _native
-from divespot.bases import peak_m
 from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
 from divespot.kernels import radius_outlier_mask
 from divespot.mass import mass_kg
 from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Budget, Outline, Pile
-from divespot.settings import given, needs_ground
-from divespot.surface import NO_GROUND, WALKED
+from divespot.settings import given
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -28,11 +26,11 @@ if TYPE_CHECKING:
     from divespot.bases import Bases
     from divespot.frame import Frame
     from divespot.grid import HeightMap
+    from divespot.ground_level import GroundLevel
     from divespot.outline_file import Region
     from divespot.pose import Pose
     from divespot.report import Position
     from divespot.settings import Settings
-    from divespot.spacing import Survey
     from divespot.surface import Surface
 
     Measuring: TypeAlias = tuple[
@@ -52,94 +50,6 @@ FEWEST_POINTS = 9
 
 #: With more of what stands above the ground in no object, something may have been missed.
 LOOSE_SHARE = 0.25
-
-
-@dataclass(frozen=True)
-class GroundLevel:
-    """Height of the ground in the level frame and the spread of its cells.
-
-    Attributes
-    ----------
-    height_m
-        The height of most of it.
-    noise_m
-        Standard deviation of its cells about `surface_m`.
-    surface_m
-        Shape ``(rows, columns)``: its height in each cell.
-    hills
-        Shape ``(rows * columns,)``: the hill that each cell belongs to, the largest 0; -1 for none.
-        None where objects are told from the ground by their height alone.
-    is_ground
-        Shape ``(rows * columns,)``: whether a cell is ground; None as `hills`.
-
-    """
-
-    height_m: float
-    noise_m: float
-    surface_m: NDArray[np.float64]
-    hills: NDArray[np.int32] | None = None
-    is_ground: NDArray[np.bool_] | None = None
-
-
-def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[GroundLevel, Settings]:
-    """Find the ground's height, surface and noise, and the lengths that follow from them.
-
-    Raises
-    ------
-    DivespotError
-        No ground is in view, and no other floor was given.
-
-    """
-    height = peak_m(grid, settings.base, settings)
-    if settings.ground_form == "level":
-        ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
-    else:
-        ground = _surface(grid, height, WALKED * scan.spacing_m)
-        if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
-            raise DivespotError(NO_GROUND)
-    return ground, settings.grounded(ground.noise_m)
-
-
-def _surface(grid: HeightMap, height_m: float, step_m: float) -> GroundLevel:
-    """Return a gentle surface through the ground and beneath what stands on it.
-
-    Hills are found on cells as wide as those that were walked: facets of a triangulated surface
-    are smooth, whatever its noise.
-    """
-    rows, columns = grid.heights_m.shape
-    by = max(1, round(step_m / grid.cell_m))
-    heights_m = _blocks(grid.heights_m, by)
-    hills, is_ground, surface_m, noise_m = _native.hills(heights_m, by * grid.cell_m)
-
-    def fine(values: NDArray[Any]) -> NDArray[Any]:
-        blocks = values.reshape(heights_m.shape).repeat(by, axis=0).repeat(by, axis=1)
-        return np.ascontiguousarray(blocks[:rows, :columns])
-
-    return GroundLevel(
-        height_m, noise_m, fine(surface_m), fine(hills).ravel(), fine(is_ground).ravel()
-    )
-
-
-def _blocks(heights_m: NDArray[np.float64], by: int) -> NDArray[np.float64]:
-    """Return the mean height of each block of so many rows and columns; NaN where none is known."""
-    if by == 1:
-        return heights_m
-    rows, columns = (-(-size // by) for size in heights_m.shape)
-    padded = np.full((rows * by, columns * by), np.nan)
-    padded[: heights_m.shape[0], : heights_m.shape[1]] = heights_m
-    blocks = padded.reshape(rows, by, columns, by)
-    known = ~np.isnan(blocks)
-    counts = known.sum(axis=(1, 3))
-    sums = np.where(known, blocks, 0.0).sum(axis=(1, 3))
-    return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
-
-
-def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
-    """Return one height; its noise is that of the cells below: those above may be a pile's."""
-    below = height_m - grid.heights_m[grid.heights_m < height_m]
-    near = below[below < near_m]
-    noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
-    return GroundLevel(height_m, noise, np.full(grid.heights_m.shape, height_m))
 
 
 def find_objects(
@@ -362,7 +272,7 @@ def _pile(raw: _native.RawObject, measured: Measured, frame: Frame, settings: Se
 
 
 def _by_base(raw: _native.RawObject, measured: Measured, factor: float) -> dict[str, float] | None:
-    if not measured.compared:
+    if not raw.compared_m3:
         return None
     volumes = (factor * volume for volume in raw.compared_m3)
     return dict(zip(measured.compared, volumes, strict=True))

@@ -9,11 +9,12 @@ from divespot.differences import is_held_against, measure_differences
 from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
+from divespot.ground_level import find_ground
+from divespot.holes import with_holes
 from divespot.intake import crop, load
 from divespot.objects import (
     describe,
     doubts,
-    find_ground,
     find_objects,
     measure_objects,
     measure_regions,
@@ -98,6 +99,7 @@ def measure(
     else:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
+        measured = run("holes", with_holes, measured, grid, bases, scan, s)
     measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, s)
     base_m = whole_base(grid, bases, measured.base_m, s)

@@ -19,8 +19,8 @@ from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up, Z, angle_deg, upw
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from divespot.ground_level import GroundLevel
     from divespot.intake import Cloud
-    from divespot.objects import GroundLevel
     from divespot.report import Position, UpFrom
     from divespot.settings import Settings
     from divespot.spacing import Survey

@@ -42,6 +42,20 @@ impl RawObject {
     fn with_volume(&self, cut_m3: f64, fill_m3: f64) -> Self {
         Self { cut_m3, fill_m3, ..self.clone() }
     }
+
+    /// The hole that was measured as a hill of the surface turned upside down.
+    fn as_hole(&self) -> Self {
+        let turned = |(x, y, z): Place| (x, y, -z);
+        Self {
+            cut_m3: self.fill_m3,
+            fill_m3: self.cut_m3,
+            max_height_m: -self.max_height_m,
+            centroid_m: turned(self.centroid_m),
+            outline_m: self.outline_m.iter().copied().map(turned).collect(),
+            reason: Some("hole"),
+            ..self.clone()
+        }
+    }
 }
 
 impl From<Object> for RawObject {

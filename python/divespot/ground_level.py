@@ -1,0 +1,109 @@
+"""Where the ground is: one height, or a surface at whatever heights, and the hills on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot import _native
+from divespot.bases import peak_m
+from divespot.errors import DivespotError
+from divespot.settings import given, needs_ground
+from divespot.surface import NO_GROUND, WALKED
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.grid import HeightMap
+    from divespot.settings import Settings
+    from divespot.spacing import Survey
+
+
+@dataclass(frozen=True)
+class GroundLevel:
+    """Height of the ground in the level frame and the spread of its cells.
+
+    Attributes
+    ----------
+    height_m
+        The height of most of it.
+    noise_m
+        Standard deviation of its cells about `surface_m`.
+    surface_m
+        Shape ``(rows, columns)``: its height in each cell.
+    hills
+        Shape ``(rows * columns,)``: the hill that each cell belongs to, the largest 0; -1 for none.
+        None where objects are told from the ground by their height alone.
+    is_ground
+        Shape ``(rows * columns,)``: whether a cell is ground; None as `hills`.
+
+    """
+
+    height_m: float
+    noise_m: float
+    surface_m: NDArray[np.float64]
+    hills: NDArray[np.int32] | None = None
+    is_ground: NDArray[np.bool_] | None = None
+
+
+def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[GroundLevel, Settings]:
+    """Find the ground's height, surface and noise, and the lengths that follow from them.
+
+    Raises
+    ------
+    DivespotError
+        No ground is in view, and no other floor was given.
+
+    """
+    height = peak_m(grid, settings.base, settings)
+    if settings.ground_form == "level":
+        ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
+    else:
+        ground = surface_level(grid, height, scan)
+        if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
+            raise DivespotError(NO_GROUND)
+    return ground, settings.grounded(ground.noise_m)
+
+
+def surface_level(grid: HeightMap, height_m: float, scan: Survey) -> GroundLevel:
+    """Return a gentle surface through the ground and beneath what stands on it.
+
+    Hills are found on cells as wide as those that were walked: facets of a triangulated surface
+    are smooth, whatever its noise.
+    """
+    rows, columns = grid.heights_m.shape
+    by = max(1, round(WALKED * scan.spacing_m / grid.cell_m))
+    heights_m = _blocks(grid.heights_m, by)
+    hills, is_ground, surface_m, noise_m = _native.hills(heights_m, by * grid.cell_m)
+
+    def fine(values: NDArray[Any]) -> NDArray[Any]:
+        blocks = values.reshape(heights_m.shape).repeat(by, axis=0).repeat(by, axis=1)
+        return np.ascontiguousarray(blocks[:rows, :columns])
+
+    return GroundLevel(
+        height_m, noise_m, fine(surface_m), fine(hills).ravel(), fine(is_ground).ravel()
+    )
+
+
+def _blocks(heights_m: NDArray[np.float64], by: int) -> NDArray[np.float64]:
+    """Return the mean height of each block of so many rows and columns; NaN where none is known."""
+    if by == 1:
+        return heights_m
+    rows, columns = (-(-size // by) for size in heights_m.shape)
+    padded = np.full((rows * by, columns * by), np.nan)
+    padded[: heights_m.shape[0], : heights_m.shape[1]] = heights_m
+    blocks = padded.reshape(rows, by, columns, by)
+    known = ~np.isnan(blocks)
+    counts = known.sum(axis=(1, 3))
+    sums = np.where(known, blocks, 0.0).sum(axis=(1, 3))
+    return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+
+
+def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
+    """Return one height; its noise is that of the cells below: those above may be a pile's."""
+    below = height_m - grid.heights_m[grid.heights_m < height_m]
+    near = below[below < near_m]
+    noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
+    return GroundLevel(height_m, noise, np.full(grid.heights_m.shape, height_m))
