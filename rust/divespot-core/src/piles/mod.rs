@@ -52,12 +52,16 @@ use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
 pub(crate) use hidden::beyond;
 use object::{object, why_no_pile};
 use patch::{Patch, Reach, Scene};
 use ring::ring_plane;
 pub(crate) use territory::{EIGHT, FOUR, NOBODY, Territory};
 use things::Things;
+
+/// So many standard deviations of the ground's noise are no cliff.
+const CLEAR: f64 = 6.0;
 
 /// How objects are measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -193,7 +197,17 @@ fn patches(
 ) -> Vec<(i32, Patch)> {
     let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
     let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
-    let territory = Territory::grow(scene.grid, labels, |cell| open[cell], farthest);
+    let heights_m = scene.heights_m.as_slice();
+    // The ground beyond a cliff is not that around an object.
+    let cliff = |from: usize, to: usize| {
+        let ([ax, ay], [bx, by]) = (scene.grid.center(from), scene.grid.center(to));
+        let run_m = (ax - bx).hypot(ay - by) + scene.grid.cell_m;
+        (heights_m[from] - heights_m[to]).abs()
+            > NEVER_STEEPER * run_m + CLEAR * settings.ground.noise_m
+    };
+    let goes_on = |from: usize, to: usize| open[to] && !cliff(from, to);
+    let seen = |cell: usize| !heights_m[cell].is_nan();
+    let territory = Territory::grow_along(scene.grid, labels, goes_on, seen, farthest);
     Patch::all(scene, labels, &territory, &reach)
 }
 

@@ -27,6 +27,18 @@ impl Territory {
         open: impl Fn(usize) -> bool,
         reach: u32,
     ) -> Self {
+        Self::grow_along(grid, labels, |_, cell| open(cell), |_| true, reach)
+    }
+
+    /// The same, over cells that are `open` from the last cell on the way which `tells`.
+    pub(crate) fn grow_along(
+        grid: &Grid,
+        labels: &[i32],
+        open: impl Fn(usize, usize) -> bool,
+        tells: impl Fn(usize) -> bool,
+        reach: u32,
+    ) -> Self {
+        let mut last: Vec<usize> = (0..labels.len()).collect();
         let mut owner = labels.to_vec();
         let mut steps: Vec<u32> =
             labels.iter().map(|&l| if l < 0 { u32::MAX } else { 0 }).collect();
@@ -38,7 +50,10 @@ impl Territory {
             for &cell in &front {
                 for &(dx, dy) in around {
                     let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
-                    if owner[n] == NOBODY && open(n) {
+                    if owner[n] == NOBODY && open(last[cell], n) {
+                        if !tells(n) {
+                            last[n] = last[cell];
+                        }
                         owner[n] = owner[cell];
                         steps[n] = step;
                         next.push(n);
