@@ -36,7 +36,7 @@ MUCH = 0.1
 
 #: Clusters are sought among the means of voxels of so many point spacings: as many as on a plane
 #: have neighbours all around, at a fraction of the work.
-THINNED = 2.0
+THINNED = 3.0
 
 
 @dataclass(frozen=True)
