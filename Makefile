@@ -10,7 +10,7 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: build demo test test-rust test-python test-checked fuzz check lint-rust lint-python bench \
+.PHONY: build demo test test-rust test-python test-checked fuzz interrupt check lint-rust lint-python bench \
 	docs-pictures clean
 
 demo: build
@@ -72,6 +72,12 @@ FIRST ?= 0
 
 fuzz: build
 	$(BIN)/python tests/fuzz.py $(SECONDS) $(FIRST)
+
+# Half an hour, and a machine that does nothing else.
+POINTS ?= 10000000
+
+interrupt: build
+	$(BIN)/python tests/interrupt.py $(POINTS)
 
 bench: build
 	cargo bench --package divespot-benches -- --quick

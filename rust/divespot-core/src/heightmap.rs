@@ -2,6 +2,7 @@
 //!
 //! Memory grows with the square of the scene's size, where inner voxels would take the cube.
 
+use crate::cancel::Polled;
 use crate::error::{Error, Result, positive};
 use crate::fixed::Fixed;
 use crate::{Bounds, Point};
@@ -186,7 +187,7 @@ impl Cells {
     }
 
     fn averaged(self) -> HeightMap {
-        let heights_m = (0..self.grid.len()).map(|cell| self.centered(cell)).collect();
+        let heights_m = (0..self.grid.len()).polled().map(|cell| self.centered(cell)).collect();
         self.with_heights(heights_m)
     }
 
@@ -209,7 +210,7 @@ impl Cells {
 
 fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
     let mut sums = vec![NOTHING; grid.len()];
-    for p in points {
+    for p in points.iter().polled() {
         let cell = &mut sums[grid.cell(p)];
         cell.count += 1;
         (0..3).for_each(|k| cell.xyz[k] += fixed.encode(p[k]));

@@ -17,6 +17,7 @@ mod robust;
 mod slopes;
 mod terrain;
 
+pub mod cancel;
 pub mod cloud;
 pub mod ground;
 pub mod ground_peak;

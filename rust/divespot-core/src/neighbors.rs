@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::cancel::Polled;
 use crate::error::positive;
 use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::{fill_chunks, map_chunks};
@@ -41,7 +42,7 @@ pub fn radius_outlier_mask(
         columns.mask(range, min_neighbors, radius)
     });
     let mut mask = vec![false; points.len()];
-    for (entry, keep) in columns.entries.iter().zip(found.into_iter().flatten()) {
+    for (entry, keep) in columns.entries.iter().zip(found.into_iter().flatten()).polled() {
         mask[entry.row as usize] = keep;
     }
     Ok(mask)
@@ -104,7 +105,7 @@ impl Columns {
             let mut windows = self.windows(column, &mut from);
             let asked = column.start.max(range.start)..column.end.min(range.end);
             let asked = self.entries[asked].iter();
-            mask.extend(asked.map(|e| windows.hold(min_neighbors + 1, e.point, radius)));
+            mask.extend(asked.polled().map(|e| windows.hold(min_neighbors + 1, e.point, radius)));
         }
         mask
     }
@@ -183,16 +184,17 @@ fn column_keys(points: &[Point], reach: f64, threads: usize) -> (Vec<Keyed>, u64
 fn columns_of(keyed: &[Keyed]) -> Vec<Column> {
     let mut end = 0;
     let runs = keyed.chunk_by(|a, b| a.key == b.key);
-    runs.map(|run| {
-        end += run.len();
-        Column { key: run[0].key, start: end - run.len(), end }
-    })
-    .collect()
+    runs.polled()
+        .map(|run| {
+            end += run.len();
+            Column { key: run[0].key, start: end - run.len(), end }
+        })
+        .collect()
 }
 
 fn sort_upward(mut entries: &mut [Entry], columns: &[Column], threads: usize) {
     let mut pieces = Vec::with_capacity(columns.len());
-    for column in columns {
+    for column in columns.iter().polled() {
         let (piece, rest) = entries.split_at_mut(column.end - column.start);
         pieces.push(piece);
         entries = rest;

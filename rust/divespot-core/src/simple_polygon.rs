@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use crate::cancel::poll;
 use crate::{Error, Result};
 
 /// A place in the plane.
@@ -45,6 +46,7 @@ pub fn first_crossing(line: &[Place]) -> Result<Option<usize>> {
         ));
     }
     let crossings = spans.iter().enumerate().flat_map(|(i, one)| {
+        poll();
         let near = spans[i + 1..].iter().take_while(|other| other.low <= one.high);
         near.filter(|other| cross(line, one.edge, other.edge)).map(|o| o.edge.min(one.edge))
     });
@@ -103,6 +105,7 @@ fn is_inside(line: &[Place], [x, y]: Place) -> bool {
         let (a, b) = edge_of(line, edge);
         (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
     };
+    poll();
     (0..line.len()).filter(|&edge| passes(edge)).count() % 2 == 1
 }
 

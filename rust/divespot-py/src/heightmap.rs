@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray1;
 use crate::errors::{DivespotError, raise};
+use crate::interrupt::attempted;
 use crate::points::cloud;
 
 /// A height map as arrays of shape (rows, columns).
@@ -33,7 +34,7 @@ pub(crate) fn height_map(
         cloud.points.retain(|_| kept.next().copied().unwrap_or(false));
     }
     let make = if triangulated { tin::height_map_within } else { heightmap::height_map_within };
-    let map = py.detach(|| make(&cloud.points, &all, cell_m)).map_err(raise)?;
+    let map = attempted(py, || make(&cloud.points, &all, cell_m))?;
     let shape = [map.grid.rows, map.grid.columns];
     let [x, y, z] = cloud.origin;
     let heights = map.heights_m.into_iter().map(|h| h + z).collect::<Vec<_>>();

@@ -1,7 +1,7 @@
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
-use crate::errors::raise;
+use crate::interrupt::{attempted, detached};
 use crate::points::{Column, cloud};
 
 #[pyfunction]
@@ -13,11 +13,11 @@ pub(crate) fn radius_outlier_mask<'py>(
     threads: usize,
 ) -> PyResult<Column<'py, bool>> {
     let (cloud, count) = cloud(points, threads)?;
-    let mask = py.detach(|| {
+    let mask = attempted(py, || {
         divespot_core::radius_outlier_mask(&cloud.points, radius_m, min_neighbors, threads)
             .map(|mask| cloud.spread(mask, false, count))
-    });
-    Ok(mask.map_err(raise)?.into_pyarray(py))
+    })?;
+    Ok(mask.into_pyarray(py))
 }
 
 #[pyfunction]
@@ -27,9 +27,9 @@ pub(crate) fn surface_mask<'py>(
     threads: usize,
 ) -> PyResult<Column<'py, bool>> {
     let (cloud, count) = cloud(points, threads)?;
-    let mask = py.detach(|| {
+    let mask = detached(py, || {
         let threads = divespot_core::thread_count(threads);
         divespot_core::strays::surface_mask(&cloud.points, threads)
-    });
+    })?;
     Ok(cloud.spread(mask, false, count).into_pyarray(py))
 }

@@ -2,7 +2,7 @@ use divespot_core::voxel::voxel_rows;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
-use crate::errors::raise;
+use crate::interrupt::attempted;
 use crate::points::{Column, Rows, cloud, restored, rows};
 
 #[pyfunction]
@@ -13,9 +13,8 @@ pub(crate) fn voxel_downsample<'py>(
     threads: usize,
 ) -> PyResult<(Rows<'py>, Column<'py, u32>)> {
     let (cloud, _) = cloud(points, threads)?;
-    let voxels = py
-        .detach(|| divespot_core::voxel_downsample(&cloud.points, voxel_m, threads))
-        .map_err(raise)?;
+    let voxels =
+        attempted(py, || divespot_core::voxel_downsample(&cloud.points, voxel_m, threads))?;
     Ok((rows(py, restored(cloud.origin, voxels.means))?, voxels.counts.into_pyarray(py)))
 }
 
@@ -28,12 +27,10 @@ pub(crate) fn voxels<'py>(
     threads: usize,
 ) -> PyResult<(Rows<'py>, Column<'py, u32>)> {
     let (cloud, _) = cloud(points, threads)?;
-    let (voxels, of) = py
-        .detach(|| {
-            let voxels = divespot_core::voxel_downsample(&cloud.points, voxel_m, threads)?;
-            let of = voxel_rows(&cloud.points, &voxels, voxel_m, threads)?;
-            Ok((voxels, of))
-        })
-        .map_err(raise)?;
+    let (voxels, of) = attempted(py, || {
+        let voxels = divespot_core::voxel_downsample(&cloud.points, voxel_m, threads)?;
+        let of = voxel_rows(&cloud.points, &voxels, voxel_m, threads)?;
+        Ok((voxels, of))
+    })?;
     Ok((rows(py, restored(cloud.origin, voxels.means))?, of.into_pyarray(py)))
 }
