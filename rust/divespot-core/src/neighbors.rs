@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::cancel::Polled;
+use crate::cancel::{Polled, poll};
 use crate::error::positive;
 use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::{fill_chunks, map_chunks};
@@ -105,7 +105,7 @@ impl Columns {
             let mut windows = self.windows(column, &mut from);
             let asked = column.start.max(range.start)..column.end.min(range.end);
             let asked = self.entries[asked].iter();
-            mask.extend(asked.polled().map(|e| windows.hold(min_neighbors + 1, e.point, radius)));
+            mask.extend(asked.map(|e| windows.hold(min_neighbors + 1, e.point, radius)));
         }
         mask
     }
@@ -148,6 +148,7 @@ impl<'a> Windows<'a> {
 
     /// Whether `needed` entries, `p` itself among them, lie within the radius of `p`.
     fn hold(&mut self, needed: usize, p: Point, radius: Radius) -> bool {
+        poll(); // among points that are all within the radius this takes long
         let mut found = 0;
         for window in &mut self.entries[..self.count] {
             while window.first().is_some_and(|e| e.point[2] - p[2] < -radius.reach) {

@@ -7,7 +7,7 @@
 use spade::handles::{FaceHandle, InnerTag, VertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::cancel::Polled;
+use crate::cancel::{Polled, poll};
 use crate::error::{Error, Result};
 use crate::heightmap::{Cells, Grid, HeightMap, bounds};
 use crate::{Bounds, Point};
@@ -29,7 +29,9 @@ struct Vertex(Point);
 impl HasPosition for Vertex {
     type Scalar = f64;
 
+    /// Asked for all the time: while points are inserted, nothing else of ours runs.
     fn position(&self) -> Point2<f64> {
+        poll();
         Point2::new(self.0[0], self.0[1])
     }
 }
