@@ -76,7 +76,7 @@ fuzz: build
 # The kernels, with overflow checks and assertions; coverage-guided with a nightly toolchain:
 # cd fuzz && cargo fuzz run piles
 fuzz-kernels:
-	cd fuzz && cargo run --release --quiet --no-default-features --bin drive -- $(SECONDS) $(FIRST)
+	cd fuzz && cargo run --release --quiet --no-default-features --example drive -- $(SECONDS) $(FIRST)
 
 # Half an hour, and a machine that does nothing else.
 POINTS ?= 10000000
