@@ -23,6 +23,9 @@ const DIRECTIONS: usize = 8;
 /// so many.
 const MOST_PAIRS: usize = 1_000_000_000;
 
+/// Projections are off by less than this share of the distance from the line's first corner.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 /// Pairs between two looks at whether the work was called off.
 const POLLED: usize = 1 << 16;
 
@@ -36,9 +39,11 @@ struct Spans {
 impl Spans {
     fn of(along: [[f64; DIRECTIONS]; 2]) -> Self {
         let [a, b] = along;
+        let slack =
+            ROUNDING * along.as_flattened().iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         Self {
-            low: std::array::from_fn(|k| a[k].min(b[k])),
-            high: std::array::from_fn(|k| a[k].max(b[k])),
+            low: std::array::from_fn(|k| a[k].min(b[k]) - slack),
+            high: std::array::from_fn(|k| a[k].max(b[k]) + slack),
         }
     }
 

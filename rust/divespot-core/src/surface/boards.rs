@@ -19,7 +19,8 @@ pub(crate) fn without_boards(columns: &Columns, heights_m: &mut [f64], noise_m: 
     let known = || heights_m.iter().copied().filter(|h| !h.is_nan());
     let relief_m =
         known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min);
-    let farthest = (relief_m / NEVER_STEEPER / grid.cell_m).ceil() as isize;
+    let across = grid.columns.max(grid.rows) as f64;
+    let farthest = (relief_m / NEVER_STEEPER / grid.cell_m).ceil().min(across) as isize;
     let relief = Relief {
         columns,
         grid,
