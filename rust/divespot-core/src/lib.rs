@@ -38,7 +38,7 @@ pub mod tin;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
-pub use error::{Error, Result};
+pub use error::{Error, Result, memory_for};
 pub use ground_peak::{GroundRule, ground_height};
 pub use histogram::{HeightHistogram, height_histogram};
 pub use neighbors::radius_outlier_mask;

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use crate::errors::DivespotError;
 use crate::interrupt::attempted;
-use crate::points::cloud;
+use crate::points::{cloud_for, need};
 
 type Clusters<'py> =
     (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
@@ -29,7 +29,7 @@ pub(crate) fn hdbscan<'py>(
         allow_single_cluster,
         threads,
     };
-    let (cloud, count) = cloud(points, threads)?;
+    let (cloud, count) = cloud_for(points, threads, need::HDBSCAN)?;
     let (labels, probabilities, mst_weights) = attempted(py, || {
         divespot_core::hdbscan::hdbscan(&cloud.points, &settings).map(|found| {
             let labels = found.labels.into_iter().map(i64::from).collect();

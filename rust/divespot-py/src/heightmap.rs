@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use crate::array::ReadonlyArray1;
 use crate::errors::{DivespotError, raise};
 use crate::interrupt::attempted;
-use crate::points::cloud;
+use crate::points::{cloud_for, need};
 
 /// A height map as arrays of shape (rows, columns).
 #[pyclass(frozen, get_all)]
@@ -23,7 +23,8 @@ pub(crate) fn height_map(
     triangulated: bool,
     mask: Option<ReadonlyArray1<'_, bool>>,
 ) -> PyResult<RawHeightMap> {
-    let (mut cloud, count) = cloud(points, 1)?;
+    let bytes = if triangulated { need::TRIANGLES } else { need::COPY };
+    let (mut cloud, count) = cloud_for(points, 1, bytes)?;
     let all = heightmap::bounds(&cloud.points).map_err(raise)?;
     if let Some(mask) = mask {
         let mask = mask.as_array();

@@ -3,7 +3,7 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
 use crate::interrupt::attempted;
-use crate::points::{Column, Rows, cloud, restored, rows};
+use crate::points::{Column, Rows, cloud_for, need, restored, rows};
 
 #[pyfunction]
 pub(crate) fn voxel_downsample<'py>(
@@ -12,7 +12,7 @@ pub(crate) fn voxel_downsample<'py>(
     voxel_m: f64,
     threads: usize,
 ) -> PyResult<(Rows<'py>, Column<'py, u32>)> {
-    let (cloud, _) = cloud(points, threads)?;
+    let (cloud, _) = cloud_for(points, threads, need::VOXELS)?;
     let voxels =
         attempted(py, || divespot_core::voxel_downsample(&cloud.points, voxel_m, threads))?;
     Ok((rows(py, restored(cloud.origin, voxels.means))?, voxels.counts.into_pyarray(py)))
@@ -26,7 +26,7 @@ pub(crate) fn voxels<'py>(
     voxel_m: f64,
     threads: usize,
 ) -> PyResult<(Rows<'py>, Column<'py, u32>)> {
-    let (cloud, _) = cloud(points, threads)?;
+    let (cloud, _) = cloud_for(points, threads, need::VOXELS)?;
     let (voxels, of) = attempted(py, || {
         let voxels = divespot_core::voxel_downsample(&cloud.points, voxel_m, threads)?;
         let of = voxel_rows(&cloud.points, &voxels, voxel_m, threads)?;

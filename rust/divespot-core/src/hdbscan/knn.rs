@@ -9,6 +9,10 @@ use super::tree::{LEAF, Node, Tree, Visitor, larger};
 /// Leaves handed to a thread at a time.
 const CHUNK: usize = 64;
 
+/// What a thread holds for each neighbour that is asked for: sixteen points are looked at together,
+/// with room for twice as many of eight bytes, and some to sort them.
+pub(super) const BYTES_A_NEIGHBOR: usize = 300;
+
 /// Neighbours kept for a point. More would save searches later and cost memory.
 const KEPT: usize = 12;
 

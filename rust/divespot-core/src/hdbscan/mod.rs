@@ -18,7 +18,7 @@ mod tree;
 mod tests;
 
 use crate::order::sort_by;
-use crate::{Bounds, Error, Point, Result, thread_count};
+use crate::{Bounds, Error, Point, Result, memory_for, thread_count};
 
 /// How clusters are taken from the hierarchy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,6 +78,9 @@ pub fn hdbscan(points: &[Point], settings: &Settings) -> Result<Clusters> {
     let threads = thread_count(settings.threads);
     let tree = tree::Tree::new(points, |p| frame.map(p), threads);
     let k = settings.min_samples.min(points.len() - 1);
+    memory_for(threads.saturating_mul(k).saturating_mul(knn::BYTES_A_NEIGHBOR), || {
+        format!("the search for {k} neighbours on {threads} threads")
+    })?;
     let neighbors = knn::all_neighbors(&tree, k, threads);
     let edges = boruvka::spanning_tree(&tree, neighbors, threads);
     let rows = tree.into_rows();
