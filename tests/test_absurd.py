@@ -41,6 +41,7 @@ ABSURD: dict[str, Any] = {
     "NUL": "a\0b",
     "control": "\x1b[31m\n\r",
     "surrogate": "\udcff",
+    "half a surrogate pair": "\ud800.ply",
     "long": "n" * 100_000,
     "bytes": b"\xff",
     "path": Path("none") / "none",

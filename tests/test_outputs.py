@@ -332,6 +332,14 @@ def test_what_is_read_is_never_written_from_python(tmp_path: Path, heap: Path) -
         divespot.save_base(later, base)
 
 
+@pytest.mark.parametrize("path", ["a\0b.ply", "\ud800.ply", "n" * 5000 + ".ply"])
+def test_what_is_no_path_is_refused_as_such(heap: Path, path: str) -> None:
+    report = divespot.measure(heap)
+    for save in (divespot.save_base, divespot.save_outlines, save_picture):
+        with pytest.raises(DivespotError, match=r"is no path|cannot be written"):
+            save(report, path)
+
+
 # Several scans
 
 
