@@ -10,7 +10,7 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: build demo test test-rust test-python test-checked fuzz check lint-rust lint-python bench \
+.PHONY: build demo test test-rust test-python test-checked fuzz fuzz-kernels interrupt check lint-rust lint-python bench \
 	docs-pictures clean
 
 demo: build
@@ -73,6 +73,17 @@ FIRST ?= 0
 fuzz: build
 	$(BIN)/python tests/fuzz.py $(SECONDS) $(FIRST)
 
+# The kernels, with overflow checks and assertions; coverage-guided with a nightly toolchain:
+# cd fuzz && cargo fuzz run piles
+fuzz-kernels:
+	cd fuzz && cargo run --release --quiet --no-default-features --example drive -- $(SECONDS) $(FIRST)
+
+# Half an hour, and a machine that does nothing else.
+POINTS ?= 10000000
+
+interrupt: build
+	$(BIN)/python tests/interrupt.py $(POINTS)
+
 bench: build
 	cargo bench --package divespot-benches -- --quick
 	$(PYTHON) benches/gate.py || test $$? -eq 2 # 2: no valgrind, which it says
@@ -82,6 +93,6 @@ docs-pictures: build
 	$(BIN)/python docs/pictures.py
 
 clean:
-	rm -rf $(VENV) target dist divespot-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) target fuzz/target dist divespot-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	rm -f python/divespot/_native*.so
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +

@@ -1,7 +1,6 @@
 //! A simulated scan and one job a kernel, shared by the benches and the gate.
 
 use std::hint::black_box;
-use std::sync::atomic::AtomicBool;
 
 use divespot_core::hdbscan::{self, Selection, hdbscan};
 use divespot_core::heightmap::{HeightMap, height_map};
@@ -129,7 +128,7 @@ fn cluster(scan: &Scan, threads: usize) -> Result<()> {
         allow_single_cluster: true,
         threads,
     };
-    black_box(hdbscan(&scan.points, &settings, &AtomicBool::new(false))?);
+    black_box(hdbscan(&scan.points, &settings)?);
     Ok(())
 }
 

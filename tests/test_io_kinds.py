@@ -64,6 +64,7 @@ def test_a_quoted_comma_parts_no_columns(tmp_path: Path) -> None:
 @pytest.mark.parametrize("rows", ["1,5,2,25,3,125\n", "1,2,3,4\n", "7,1,2,3,9\n"])
 def test_a_header_of_another_width_is_refused(tmp_path: Path, rows: str) -> None:
     assert "--columns" in refused(tmp_path, "a.csv", f"x,y,z\n{rows * 3}".encode())
+    assert "names 2 columns" in refused(tmp_path, "a.csv", f"x,y\n{rows * 3}".encode())
 
 
 def test_a_comma_at_the_end_is_no_column(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import resource
+import shlex
 import signal
 import subprocess
 import sys
@@ -298,6 +299,7 @@ def test_a_full_or_closed_stdout_does_not_cost_the_files(tmp_path: Path, heap: P
     with Path("/dev/full").open("w") as full:
         done = process("measure", heap, *arguments, stdout=full)
     assert done.returncode == 1
+    assert "the standard output: cannot be written" in done.stderr
     assert "Traceback" not in done.stderr
     assert all(path.exists() for _, path in targets)
     read_end, write_end = os.pipe()
@@ -305,6 +307,37 @@ def test_a_full_or_closed_stdout_does_not_cost_the_files(tmp_path: Path, heap: P
     done = process("measure", heap, *arguments, stdout=write_end)
     os.close(write_end)
     assert "Traceback" not in done.stderr
+
+
+def test_json_for_a_closed_stdout_is_no_success(heap: Path) -> None:
+    shell = f'"$0" -m divespot measure {shlex.quote(str(heap))} --json - >&-'
+    done = subprocess.run(  # noqa: S603
+        ["/bin/sh", "-c", shell, sys.executable], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "the standard output is closed" in done.stderr
+
+
+def test_what_is_read_is_never_written_from_python(tmp_path: Path, heap: Path) -> None:
+    before = heap.read_bytes()
+    report = divespot.measure(heap)
+    for save in (divespot.save_base, divespot.save_outlines, save_picture):
+        with pytest.raises(DivespotError, match="would overwrite what is read"):
+            save(report, heap)
+    assert heap.read_bytes() == before
+    base = tmp_path / "floor.ply"
+    divespot.save_base(report, base)
+    later = divespot.measure(heap, base=f"surface={base}")
+    with pytest.raises(DivespotError, match="would overwrite what is read"):
+        divespot.save_base(later, base)
+
+
+@pytest.mark.parametrize("path", ["a\0b.ply", "\ud800.ply", "n" * 5000 + ".ply"])
+def test_what_is_no_path_is_refused_as_such(heap: Path, path: str) -> None:
+    report = divespot.measure(heap)
+    for save in (divespot.save_base, divespot.save_outlines, save_picture):
+        with pytest.raises(DivespotError, match=r"is no path|cannot be written"):
+            save(report, path)
 
 
 # Several scans

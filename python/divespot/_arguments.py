@@ -44,6 +44,23 @@ def _filled(name: str, values: np.ma.MaskedArray[Any, Any]) -> NDArray[Any]:
     return np.asarray(floats.filled(np.nan))
 
 
+def flags(name: str, values: ArrayLike) -> NDArray[np.bool_]:
+    """Return truth values, or zeros and ones, as a flat array; what is masked is False."""
+    try:
+        array = np.asarray(np.ma.filled(values, 0)).ravel()
+    except (ValueError, OverflowError) as error:
+        raise DivespotError(f"{name} is no array: {error}") from None
+    if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
+        raise DivespotError(f"{name} has dtype {array.dtype}: True or False for each is needed")
+    return array.astype(np.bool_)
+
+
+def require_kind(name: str, value: object, kind: type) -> None:
+    """Raise TypeError unless a value is of a kind."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} is {shown(value)}: a divespot.{kind.__name__} is needed")
+
+
 def number(name: str, value: float) -> float:
     """Return `value` as a float."""
     try:

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot._arguments import require_kind
 from divespot.base_name import PLAIN, BaseName
 from divespot.errors import DivespotError
 from divespot.io import write
 from divespot.kernels import ground_height
+from divespot.output import refuse_inputs
+from divespot.report import Report
 from divespot.settings import given
 from divespot.up import STEEPEST_DEG, upward
 
@@ -25,7 +28,6 @@ if TYPE_CHECKING:
     from divespot.frame import Frame
     from divespot.grid import HeightMap
     from divespot.ground_level import GroundLevel
-    from divespot.report import Report
     from divespot.settings import Settings
 
 #: A given surface that was not seen below more than this share of what stands on it is told of.
@@ -207,8 +209,10 @@ def save_base(report: Report, path: str | os.PathLike[str]) -> None:
         Another ending, or the file cannot be written.
 
     """
+    require_kind("report", report, Report)
     if not str(path).lower().endswith(SAVED):
         raise DivespotError(f"{path}: a base is saved as one of {', '.join(SAVED)}")
+    refuse_inputs(path, "the base", report.inputs)
     level = report.level
     x, y = level.height_map.centers_m()
     places = np.stack([x, y, level.base_m], axis=-1)

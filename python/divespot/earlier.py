@@ -75,7 +75,7 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
     points, origin, _, _ = _native.seen(in_metres, settings.threads)
     points = points + (np.array(origin) - cloud.origin_m)
     try:
-        scan, own = take_survey(points, _own(settings))
+        scan, own = take_survey(points, found.quantum_m, _own(settings))
         points = points if settings.radius_m == 0.0 else radius_filter(points, own)
         points, scan, own = drop_strays(points, scan, cloud, own)
     except DivespotError as error:

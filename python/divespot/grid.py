@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from divespot import _native
-from divespot._arguments import as_floats, number
+from divespot._arguments import as_floats, flags, number
 from divespot.errors import DivespotError
 
 
@@ -76,7 +76,7 @@ def height_map(
         the grid has more than 2**26 cells.
 
     """
-    kept = None if mask is None else np.asarray(mask, dtype=np.bool_).ravel()
+    kept = None if mask is None else flags("mask", mask)
     cell = number("cell_m", cell_m)
     raw = _native.height_map(as_floats("points", points), cell, triangulated, kept)
     return HeightMap(raw.heights_m, raw.counts, raw.origin_m, cell_m)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from divespot.outline_file import Region
     from divespot.pose import Pose
     from divespot.report import Position
+    from divespot.rounding import Rounding
     from divespot.settings import Settings
     from divespot.surface import Surface
 
@@ -214,11 +215,11 @@ def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
 
 
 def describe(
-    measured: Measured, frame: Frame, settings: Settings
+    measured: Measured, frame: Frame, rounding: Rounding, settings: Settings
 ) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
     """Return piles and other objects, each largest first, placed in the scan's own frame."""
     found = _largest_first(measured.objects)
-    described = [_pile(item, measured, frame, settings) for item in found]
+    described = [_pile(item, measured, frame, rounding, settings) for item in found]
     piles = [item for item in described if item.reason is None]
     others = [item for item in described if item.reason is not None]
     return _numbered(piles), _numbered(others)
@@ -238,14 +239,21 @@ def _numbered(items: list[Pile]) -> tuple[Pile, ...]:
     return tuple(dataclasses.replace(item, id=i) for i, item in enumerate(items, start=1))
 
 
-def _pile(raw: _native.RawObject, measured: Measured, frame: Frame, settings: Settings) -> Pile:
+def _pile(
+    raw: _native.RawObject,
+    measured: Measured,
+    frame: Frame,
+    rounding: Rounding,
+    settings: Settings,
+) -> Pile:
     def place(position: Position) -> Position:
         x, y, z = frame.to_scan(np.array(position)).tolist()
         return x, y, z
 
     factor = settings.factor
-    terms = [term.name for term in dataclasses.fields(Budget)]
-    budget = Budget(**{term: factor * getattr(raw, term) for term in terms})
+    terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
+    own = {term: factor * getattr(raw, term) for term in terms}
+    budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
     volume = factor * (raw.cut_m3 - raw.fill_m3)
     mass, u_mass = mass_kg(volume, budget.combined_m3(), settings)
     return Pile(

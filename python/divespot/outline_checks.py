@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +10,7 @@ from divespot import _native
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -27,18 +26,23 @@ def first_overlap(
     regions: Sequence[Sequence[NDArray[np.float64]]],
 ) -> tuple[int, int] | None:
     """Return the first two regions that share more than slack; None if there are none."""
-    boxes = [_box(rings) for rings in regions]
-    for i, j in itertools.combinations(range(len(regions)), 2):
-        low = np.maximum(boxes[i][0], boxes[j][0])
-        high = np.minimum(boxes[i][1], boxes[j][1])
-        if (low < high).all() and _overlap(regions[i], regions[j], low, high):
+    lows = np.array([np.concatenate(rings).min(axis=0) for rings in regions]).reshape(-1, 2)
+    highs = np.array([np.concatenate(rings).max(axis=0) for rings in regions]).reshape(-1, 2)
+    for i, j in sorted(_near(lows, highs)):
+        low, high = np.maximum(lows[i], lows[j]), np.minimum(highs[i], highs[j])
+        if _overlap(regions[i], regions[j], low, high):
             return i, j
     return None
 
 
-def _box(rings: Sequence[NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    corners = np.concatenate(rings)
-    return corners.min(axis=0), corners.max(axis=0)
+def _near(lows: NDArray[np.float64], highs: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of boxes that overlap: in order of x, each with those that begin in it."""
+    order = np.argsort(lows[:, 0], kind="stable")
+    ends = np.searchsorted(lows[order, 0], highs[order, 0])
+    for at, (i, end) in enumerate(zip(order.tolist(), ends.tolist(), strict=True)):
+        others = order[at + 1 : end]
+        beside = (lows[others, 1] < highs[i, 1]) & (highs[others, 1] > lows[i, 1])
+        yield from ((min(i, j), max(i, j)) for j in others[beside].tolist())
 
 
 def _overlap(

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from divespot import _native
+from divespot._arguments import require_kind
 from divespot.errors import DivespotError, shortened
 from divespot.io.files import bytes_of
 from divespot.outline_checks import first_overlap, refuse_degrees
 from divespot.output import refuse_inputs, write_text
+from divespot.report import Report
 
 if TYPE_CHECKING:
     import os
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.frame import Frame
-    from divespot.report import Report
 
 #: No file of outlines is larger.
 LARGEST_BYTES = 256 << 20
@@ -202,6 +203,7 @@ def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
         The file cannot be written.
 
     """
+    require_kind("report", report, Report)
     features = [
         {
             "type": "Feature",
@@ -215,7 +217,7 @@ def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
         }
         for pile in report.piles
     ]
-    refuse_inputs(path, "the outlines", (report.source.path, report.settings.outline))
+    refuse_inputs(path, "the outlines", report.inputs)
     collection = {"type": "FeatureCollection", "generator": "divespot", "features": features}
     write_text(path, json.dumps(collection, indent=1) + "\n")
 

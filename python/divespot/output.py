@@ -131,4 +131,7 @@ def _same(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
     try:
         return Path(one).samefile(other)
     except (OSError, ValueError):
+        pass
+    with suppress(ValueError):  # what is no path is none that is read
         return os.path.realpath(one) == os.path.realpath(other)
+    return False

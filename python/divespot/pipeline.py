@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from divespot._arguments import require_kind
 from divespot.bases import find_bases, unknown, whole_base
 from divespot.differences import is_held_against, measure_differences
 from divespot.earlier import common_pose, map_earlier, read_earlier
@@ -24,6 +25,7 @@ from divespot.outline_file import read_regions
 from divespot.pose import ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
+from divespot.rounding import Rounding
 from divespot.settings import Settings
 from divespot.spacing import even_out, take_survey
 from divespot.strays import drop_strays
@@ -72,12 +74,14 @@ def measure(
         setting is unknown or out of range.
 
     """
+    if settings is not None:
+        require_kind("settings", settings, Settings)
     s = (settings or Settings()).changed(**changes)
     run = Progress(on_stage)
     cloud = run("read", load, source, s)
     cloud = run("crop", crop, cloud, s)
-    scan, resolved = run("survey", take_survey, cloud.points, s)
-    points, scan, s = run("thinning", even_out, cloud.points, scan, resolved, s)
+    scan, resolved = run("survey", take_survey, cloud.points, cloud.quantum_m, s)
+    points, scan, s = run("thinning", even_out, cloud, scan, resolved, s)
     points = run("radius filter", radius_filter, points, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
@@ -101,7 +105,7 @@ def measure(
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
         measured = run("holes", with_holes, measured, grid, bases, scan, s)
     measured, s = run("method", by_method, grid, measured, s, run.warn)
-    piles, others = describe(measured, frame, s)
+    piles, others = describe(measured, frame, Rounding.of(cloud, pose, scan), s)
     base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(
         source=cloud.source,

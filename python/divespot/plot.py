@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot._arguments import number
+from divespot._arguments import number, require_kind
 from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.numbers import rounded, with_uncertainty
 from divespot.output import refuse_inputs, whole
+from divespot.report import Report
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from divespot.report import Report
 
 INK, PILE, OTHER = "#22303c", "#00667a", "#6c7a89"
 AREA, UNSEEN = "#c98b3c", "#e4e8eb"
@@ -51,6 +51,9 @@ def figure(report: Report, *, truth_m3: float | None = None) -> Figure:
         matplotlib is not installed.
 
     """
+    require_kind("report", report, Report)
+    if truth_m3 is not None and not math.isfinite(number("truth_m3", truth_m3)):
+        raise DivespotError(f"truth_m3 is {truth_m3}: a finite number is needed")
     rows, columns = report.level.height_map.heights_m.shape
     # As high as the map at its width needs, within reason.
     height_in = min(max(7.0 * rows / columns + 1.6, 3.6), 8.0)
@@ -74,13 +77,12 @@ def save_picture(
         matplotlib is not installed, or the file cannot be written.
 
     """
-    refuse_inputs(path, "the picture", (report.source.path,))
-    if truth_m3 is not None and not math.isfinite(number("truth_m3", truth_m3)):
-        raise DivespotError(f"truth_m3 is {truth_m3}: a finite number is needed")
-    drawn = figure(report, truth_m3=truth_m3)
-    png = BytesIO()
-    drawn.savefig(png, format="png", dpi=100, metadata={"Software": "divespot"})
+    require_kind("report", report, Report)
+    refuse_inputs(path, "the picture", report.inputs)
     with whole(path) as stream:
+        png = BytesIO()
+        drawn = figure(report, truth_m3=truth_m3)
+        drawn.savefig(png, format="png", dpi=100, metadata={"Software": "divespot"})
         stream.write(png.getvalue())
 
 

@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+from divespot._arguments import whole
+from divespot.base_name import BaseName
 from divespot.mass import mass_kg
 
 if TYPE_CHECKING:
@@ -26,7 +28,10 @@ SCHEMA = "divespot.report/1"
 COVERAGE = 2.0
 
 #: Terms of the budget that all piles of a scan have in common.
-COMMON = ("registration_m3", "base_m3", "scale_m3")
+COMMON = ("registration_m3", "base_m3", "scale_m3", "rounding_m3")
+
+#: Blanks before a line of JSON.
+MOST_INDENT = 100
 
 Position = tuple[float, float, float]
 
@@ -68,6 +73,8 @@ class Budget:
         Curvature within the cells.
     scale_m3
         Scale of the sensor.
+    rounding_m3
+        Coordinates rounded before they came here (see `divespot.rounding`).
 
     """
 
@@ -78,6 +85,7 @@ class Budget:
     filled_m3: float
     grid_m3: float
     scale_m3: float
+    rounding_m3: float = 0.0
 
     def combined_m3(self) -> float:
         """Return the root of the sum of squares."""
@@ -195,6 +203,13 @@ class Report:
     level: Level = field(repr=False, compare=False)
 
     @property
+    def inputs(self) -> tuple[str | None, ...]:
+        """Paths of all that was read: no output may take their place."""
+        base = BaseName.parse(self.settings.base)
+        earlier = base.path if base is not None and base.path else None
+        return self.source.path, self.settings.outline, earlier
+
+    @property
     def seed(self) -> int:
         """The seed of all random draws."""
         return self.settings.seed
@@ -223,6 +238,8 @@ class Report:
 
         What is not a number is null.
         """
+        if indent is not None:
+            whole("indent", indent, MOST_INDENT)
         return json.dumps(finite(self.to_dict()), indent=indent, allow_nan=False)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +16,7 @@ from divespot.settings import SIGMAS, ground_lengths
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from divespot.intake import Cloud
     from divespot.settings import Settings
 
 #: Thresholds that are tried, each half of the one before.
@@ -91,14 +92,21 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
     )
 
 
-def take_survey(points: NDArray[np.float64], settings: Settings) -> tuple[Survey, Settings]:
-    """Survey a cloud, and return the lengths that follow with it."""
+def take_survey(
+    points: NDArray[np.float64], steps_m: tuple[float, float, float], settings: Settings
+) -> tuple[Survey, Settings]:
+    """Survey a cloud, and return the lengths that follow with it.
+
+    Points whose x or y are rounded to `steps_m` are no denser than these steps.
+    """
     found = survey(points, seed=settings.seed, threads=settings.threads)
+    apart_m = max(*steps_m[:2], found.spacing_m)
+    found = replace(found, spacing_m=apart_m, sparse_m=max(apart_m, found.sparse_m))
     return found, settings.resolved(found, len(points))
 
 
 def even_out(
-    points: NDArray[np.float64], found: Survey, resolved: Settings, asked: Settings
+    cloud: Cloud, found: Survey, resolved: Settings, asked: Settings
 ) -> tuple[NDArray[np.float64], Survey, Settings]:
     """Thin a scan whose density is uneven, as far as it is denser than most of its surface.
 
@@ -106,9 +114,9 @@ def even_out(
     that suit the former would be empty on the latter. Lengths follow from what is left.
     """
     if found.sparse_m <= UNEVEN * found.spacing_m:
-        return points, found, resolved
-    even = voxel_downsample(points, THINNED * found.sparse_m, threads=asked.threads)
-    return even, *take_survey(even, asked)
+        return cloud.points, found, resolved
+    even = voxel_downsample(cloud.points, THINNED * found.sparse_m, threads=asked.threads)
+    return even, *take_survey(even, cloud.quantum_m, asked)
 
 
 def flatness(found: Survey, settings: Settings) -> float:

@@ -13,6 +13,14 @@ from divespot.errors import DivespotError, printable, shortened
 INTERRUPTED = 130
 
 
+def said(error: DivespotError | OSError) -> str:
+    """Return the sentence of an error; one of the system that names no file is of the output."""
+    if isinstance(error, DivespotError):
+        return str(error)
+    name = "the standard output" if error.filename is None else error.filename
+    return f"{name}: cannot be written ({error.strerror or error})"
+
+
 class Failure(click.ClickException):
     """Bad input: ``divespot: <sentence>`` on stderr, exit 1."""
 
@@ -39,7 +47,7 @@ class Guarded(click.Group):
         except BrokenPipeError:
             raise  # click ends quietly: nobody reads any more
         except OSError as error:
-            raise Failure(str(error)) from None
+            raise Failure(said(error)) from None
         except MemoryError:
             raise Failure("there is too little memory for this scan") from None
         except KeyboardInterrupt:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from divespot.base_name import BaseName
-from divespot.cli.failure import Failure
+from divespot.cli.failure import Failure, said
 from divespot.cli.options import chosen_settings, setting_options
 from divespot.cli.outputs import (
     STDOUT,
@@ -151,7 +151,7 @@ class Output:
         for error in failures:
             if isinstance(error, BrokenPipeError):
                 raise error  # click ends quietly: nobody reads any more
-            Failure(str(error)).show()
+            Failure(said(error)).show()
         return not failures
 
     def fail(self, scan: str, sentence: str) -> None:
@@ -159,7 +159,7 @@ class Output:
         if self.lines is not None:
             error = _attempt(partial(self.lines.write, failed(scan, sentence)))
             if error is not None:
-                Failure(str(error)).show()
+                Failure(said(error)).show()
 
     def _ordered(self) -> list[tuple[str, str]]:
         return sorted(self.files.items(), key=lambda item: item[0] == "picture")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from divespot.errors import DivespotError
 from divespot.output import append_line, refuse_inputs, require_own, write_text
 
 if TYPE_CHECKING:
@@ -68,7 +70,7 @@ class JsonLines:
         now = datetime.now(timezone.utc).isoformat(timespec="seconds")
         line = json.dumps({"time": now, **value}, allow_nan=False) + "\n"
         if self._path == STDOUT:
-            click.echo(line, nl=False)
+            _print(line)
         elif self._append:
             append_line(self._path, line)
         else:
@@ -79,9 +81,15 @@ class JsonLines:
 def write_json(path: str, text: str) -> None:
     """Write one JSON value to a file or to the standard output."""
     if path == STDOUT:
-        click.echo(text)
+        _print(text + "\n")
     else:
         write_text(path, text + "\n")
+
+
+def _print(text: str) -> None:
+    if sys.stdout is None:
+        raise DivespotError("the standard output is closed: open it, or give a file")
+    click.echo(text, nl=False)
 
 
 def failed(scan: str, sentence: str) -> dict[str, Any]:

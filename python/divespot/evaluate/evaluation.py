@@ -7,6 +7,7 @@ import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from divespot._arguments import number, require_kind, seed_number, switch, whole, word
 from divespot.errors import DivespotError
 from divespot.evaluate.known import measure_known, read_list
 from divespot.evaluate.rounds import run_rounds
@@ -27,6 +28,8 @@ SHAPES, BODIES = "18 shapes", "18 shapes, body over"
 """Kinds of the scenes of the paper's shapes, and of those with somebody leaning over the pile."""
 GROUPS = {kind: f"{kind}-*" for kind in OF_KIND if kind not in {"body", "cut"}}
 """Names for all scenes of a kind of family together: the pattern that they are chosen by."""
+MOST_SEEDS = 1_000_000
+"""Seeds of one evaluation."""
 VOXELS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 """Edges of the voxels that the paper's shapes are thinned with (paper, compression table)."""
 THINNED_AREA_M2 = 5.2
@@ -128,13 +131,19 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
         There is no such scene, no seed, or the list or the folder is of no use.
 
     """
-    if seeds < 1:
+    if whole("seeds", seeds, MOST_SEEDS) < 1:
         raise DivespotError(f"seeds is {seeds}: a whole number of 1 or more is needed")
+    seed_number(first_seed)
+    number("density", density)
+    by_paper = switch("paper", paper)
+    if settings is not None:
+        require_kind("settings", settings, Settings)
     chosen = settings or Settings()
-    names = _names(("*",) if scenes is None and scans is None else scenes or ())
+    everything = ("*",) if scans is None else ()
+    names = _names(everything if scenes is None else scenes)
     simulated = [
         SimulatedRound(
-            name, seed, density, (0.0, *VOXELS_M) if name in ROWS else (0.0,), chosen, paper
+            name, seed, density, (0.0, *VOXELS_M) if name in ROWS else (0.0,), chosen, by_paper
         )
         for name in names
         for seed in range(first_seed, first_seed + seeds * _times(name))
@@ -148,14 +157,14 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
 
     results = run_rounds(measure_simulated, simulated, jobs=jobs, folder=folder, on_done=tell)
     measured = [one for r, kept in zip(simulated, results, strict=True) for one in r.outcomes(kept)]
-    by_paper = [one for r, kept in zip(simulated, results, strict=True) for one in r.paper_of(kept)]
+    papers = [one for r, kept in zip(simulated, results, strict=True) for one in r.paper_of(kept)]
     results = run_rounds(measure_known, known, jobs=jobs, folder=folder, on_done=tell)
     real = [one for r, kept in zip(known, results, strict=True) for one in r.outcomes(kept)]
     return Evaluation(
         whole=tuple(one for one in measured if one.voxel_m == 0.0),
         thinned=tuple(one for one in measured if one.voxel_m > 0.0),
         real=tuple(real),
-        paper=tuple(by_paper),
+        paper=tuple(papers),
     )
 
 
@@ -165,7 +174,7 @@ def _times(name: str) -> int:
 
 
 def _names(patterns: Sequence[str]) -> list[str]:
-    found = {pattern: fnmatch.filter(NAMES, pattern) for pattern in patterns}
+    found = {pattern: fnmatch.filter(NAMES, word("scenes", pattern)) for pattern in patterns}
     for pattern, names in found.items():
         if not names:
             raise DivespotError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from divespot._arguments import require_kind
 from divespot.evaluate.evaluation import BODIES, SHAPES, THINNED_AREA_M2, Evaluation, has_points
 from divespot.evaluate.statistics import ErrorStatistics, Summary
 from divespot.simulate.families import OF_KIND
@@ -83,6 +84,7 @@ class Goal:
 
 def goals(evaluation: Evaluation) -> list[Goal]:
     """Return the goals of all that was evaluated."""
+    require_kind("evaluation", evaluation, Evaluation)
     return [
         *_shapes(evaluation.of_kind(SHAPES)),
         *_bodies(evaluation.of_kind(BODIES)),

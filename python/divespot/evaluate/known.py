@@ -11,16 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from divespot._arguments import require_kind
 from divespot.errors import DivespotError
 from divespot.evaluate.outcome import Outcome, PileOutcome
 from divespot.io.files import bytes_of
 from divespot.pipeline import measure
+from divespot.settings import Settings
 
 if TYPE_CHECKING:
     import os
 
     from divespot.report import Report
-    from divespot.settings import Settings
 
 #: No list of scans is larger.
 LARGEST_BYTES = 64 << 20
@@ -55,6 +56,7 @@ def read_list(path: str | os.PathLike[str], settings: Settings) -> list[KnownRou
         The list or a scan is not there, a column is missing, or a volume is no number above 0.
 
     """
+    require_kind("settings", settings, Settings)
     scans: dict[tuple[Path, str], list[float]] = {}
     for number, row in enumerate(_rows(path), start=2):
         where = f"{path}, line {number}"

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import divespot
+from divespot._arguments import whole
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ R = TypeVar("R")
 
 #: Name of the file of kept rounds in the folder that is given.
 KEPT = "rounds.jsonl"
+
+#: More processes than any machine has cores.
+MOST_JOBS = 1024
 
 
 def run_rounds(
@@ -63,7 +67,7 @@ def run_rounds(
         There is no job to do the work, or the folder cannot be used, or a process was killed.
 
     """
-    if jobs < 1:
+    if whole("jobs", jobs, MOST_JOBS) < 1:
         raise DivespotError(f"jobs is {jobs}: a whole number of 1 or more is needed")
     shelf = _Shelf(work, folder)
     results = {i: done for i, one in enumerate(rounds) if (done := shelf.get(one)) is not None}
@@ -125,8 +129,11 @@ class _Shelf:
         self._name = f"{work.__module__}.{work.__qualname__}"
         self._kept: dict[str, Json] = {}
         if self._path is not None:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._kept = dict(_lines(self._path))
+            try:
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                self._kept = dict(_lines(self._path))
+            except (OSError, ValueError) as error:
+                raise DivespotError(f"{folder}: rounds cannot be kept there ({error})") from None
 
     def get(self, one: Any) -> Json | None:  # noqa: ANN401 - any dataclass
         """Return the kept result of a round."""

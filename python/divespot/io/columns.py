@@ -70,10 +70,14 @@ def named(line: str, width: int) -> Columns | None:
         # Prose may well hold the words x, y and z.
         if _is_comment(line) or 2 * sum(name.word in _ANY for name in names) <= len(names):
             return None
-        raise DivespotError(
-            f"its header {line[:80]!r} names {len(names)} columns, its rows have {width}: {OFFER}"
-        )
+        raise _uncounted(line, names, width)
     return _columns(line, names, (at[0], at[1], at[2]))
+
+
+def _uncounted(line: str, names: Sequence[_Name], width: int) -> DivespotError:
+    return DivespotError(
+        f"its header {line[:80]!r} names {len(names)} columns, its rows have {width}: {OFFER}"
+    )
 
 
 def asked(tokens: Sequence[str], header: Sequence[str], width: int) -> Columns | None:
@@ -93,7 +97,11 @@ def asked(tokens: Sequence[str], header: Sequence[str], width: int) -> Columns |
 def unnamed(line: str, width: int) -> tuple[str, ...]:
     """Judge the line above the rows where it names columns, but not x, y and z."""
     names = _names(line)
-    if _is_comment(line) or len(names) != width or width < 3:
+    if _is_comment(line) or width < 3:
+        return ()
+    if len(names) != width:
+        if 1 < len(names) < 2 * sum(name.word in _ANY for name in names):
+            raise _uncounted(line, names, width)
         return ()
     if any(name.word in _ANY for name in names):
         raise DivespotError(f"its header {line[:80]!r} names some of x, y, z only: {OFFER}")

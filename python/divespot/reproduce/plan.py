@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from divespot._arguments import number, seed_number, whole
 from divespot.errors import DivespotError
 
 
@@ -39,6 +40,11 @@ class Plan:
     time_points: int = 300_000
 
     def __post_init__(self) -> None:
+        for name in ("rounds", "side_rounds", "time_points"):
+            whole(name, getattr(self, name))
+        seed_number(self.seed)
+        for name in ("density", "side_density"):
+            number(name, getattr(self, name))
         if not 1 <= self.side_rounds <= self.rounds:
             raise DivespotError(
                 f"rounds is {self.rounds} and side_rounds {self.side_rounds}: at least 1, and no "

@@ -10,6 +10,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from divespot._arguments import seed_number, word
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
 from divespot.simulate.families import FAMILIES
@@ -43,9 +44,9 @@ def scene_named(name: str, seed: int = 0) -> Scene:
     DivespotError
         If there is no such name; the message lists them.
     """
-    if name not in NAMES:
+    if word("name", name) not in NAMES:
         raise DivespotError(f"there is no scene {name!r}; the scenes are {', '.join(NAMES)}")
-    return replace(NAMES[name](stream(seed, f"{name} scene")), name=name)
+    return replace(NAMES[name](stream(seed_number(seed), f"{name} scene")), name=name)
 
 
 def middling(rng: np.random.Generator) -> Scene:

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot._arguments import require_kind
+from divespot.report import Report
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
     from divespot.grid import HeightMap
-    from divespot.report import Position, Report
+    from divespot.report import Position
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +42,7 @@ class Body:
 
 def bodies_of(report: Report) -> tuple[Body, ...]:
     """Return the bodies of a report's piles, in its order."""
+    require_kind("report", report, Report)
     level = report.level
     piles = (outline.corners_m for outline in level.outlines if outline.reason is None)
     return tuple(body(level.height_map, level.base_m, corners) for corners in piles)

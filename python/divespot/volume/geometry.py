@@ -6,12 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot._arguments import as_floats
+from divespot._arguments import as_floats, number, shown
 from divespot.errors import DivespotError
 from divespot.extras import extra
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+
+#: Farther from the origin, coordinates lose their micrometres.
+FARTHEST_M = 1e9
+
+#: So many parts of an extent are told apart.
+MOST = 2**32
 
 
 def spatial() -> Any:  # noqa: ANN401 - SciPy ships no types
@@ -72,15 +79,19 @@ def checked(points_m: ArrayLike) -> NDArray[np.float64]:
 
     """
     points = as_floats("points_m", points_m).astype(np.float64, copy=False)
-    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+    if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= FARTHEST_M).all():
         raise DivespotError(
-            f"points_m has shape {points.shape}: finite numbers of shape (n, 3) are needed"
+            f"points_m has shape {points.shape}: numbers up to {FARTHEST_M:g} of shape (n, 3) are "
+            "needed"
         )
     return points
 
 
-def positive(name: str, value: float) -> float:
-    """Return a length that must be above 0."""
-    if not 0.0 < value < np.inf:
-        raise DivespotError(f"{name} is {value!r}: a finite number above 0 is needed")
-    return value
+def positive(name: str, value: float, extent_m: float = 0.0) -> float:
+    """Return a length that must be above 0, and no less than 2**-32 of an extent."""
+    length = number(name, value)
+    if not 0.0 < length < np.inf:
+        raise DivespotError(f"{name} is {shown(value)}: a finite number above 0 is needed")
+    if extent_m > MOST * length:
+        raise DivespotError(f"{name} is {length}: a larger part of {extent_m:.3g} m is needed")
+    return length

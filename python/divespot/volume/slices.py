@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from divespot._arguments import number, word
+from divespot.errors import DivespotError
 from divespot.volume.geometry import checked, hull_measure, positive, spatial
 from divespot.volume.tin import areas
 
@@ -16,6 +18,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     Contour = Callable[[NDArray[np.float64]], float]
+
+
+CONTOURS = ("convex", "concave")
 
 
 def slices(
@@ -52,11 +57,15 @@ def slices(
     """
     points = checked(points_m)
     standing = points[points[:, 2] > 0.0]
-    layer = np.floor(standing[:, 2] / positive("slice_m", slice_m))
+    thickness_m = positive("slice_m", slice_m, float(standing[:, 2].max(initial=0.0)))
+    layer = np.floor(standing[:, 2] / thickness_m)
     order = np.argsort(layer, kind="stable")
     starts = np.flatnonzero(np.diff(layer[order])) + 1
-    area: Contour = hull_measure if contour == "convex" else partial(_concave, reach_m=reach_m)
-    return slice_m * sum(area(standing[part, :2]) for part in np.split(order, starts))
+    if word("contour", contour) not in CONTOURS:
+        raise DivespotError(f"contour is {contour!r}: one of {', '.join(CONTOURS)} is needed")
+    rolled = partial(_concave, reach_m=number("reach_m", reach_m))
+    area: Contour = hull_measure if contour == "convex" else rolled
+    return thickness_m * sum(area(standing[part, :2]) for part in np.split(order, starts))
 
 
 def _concave(places_m: NDArray[np.float64], reach_m: float) -> float:

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot.errors import DivespotError
-from divespot.volume.geometry import checked, positive
+from divespot.volume.geometry import MOST, checked, positive
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-#: More voxels than this are not held.
-MOST = 2**32
 
 
 def inner_voxels(points_m: ArrayLike, voxel_m: float) -> float:
@@ -38,12 +35,15 @@ def inner_voxels(points_m: ArrayLike, voxel_m: float) -> float:
         more than 2**32 voxels.
 
     """
-    heights = _columns(checked(points_m), positive("voxel_m", voxel_m))
-    layers = int(heights.max(initial=0.0) / voxel_m) + 1
-    _check(heights.size * layers, voxel_m)
-    middles = (np.arange(layers) + 0.5) * voxel_m
-    inner = middles < heights[:, :, None]
-    return float(np.count_nonzero(inner)) * voxel_m**3
+    points = checked(points_m)
+    extent_m = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    edge_m = positive("voxel_m", voxel_m, extent_m)
+    heights = _columns(points, edge_m)
+    layers = int(heights.max(initial=0.0) / edge_m) + 1
+    _check(heights.size * layers, edge_m)
+    middles = (np.arange(layers) + 0.5) * edge_m
+    inside = np.count_nonzero(middles < heights[:, :, None])
+    return float(inside) * edge_m**3 if inside else 0.0
 
 
 def _check(voxels: int, voxel_m: float) -> None:

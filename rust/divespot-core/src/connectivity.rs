@@ -1,5 +1,6 @@
 //! Connected components of a grid's cells.
 
+use crate::cancel::{Polled, poll};
 use crate::heightmap::Grid;
 
 /// The connected cells among those that are `left`, by their first cell; `ways` lead from a cell to
@@ -10,12 +11,13 @@ pub(crate) fn components(
     ways: &[(isize, isize)],
 ) -> Vec<Vec<usize>> {
     let mut all = Vec::new();
-    for first in 0..left.len() {
+    for first in (0..left.len()).polled() {
         if !std::mem::take(&mut left[first]) {
             continue;
         }
         let (mut cells, mut next) = (vec![first], 0);
         while let Some(&cell) = cells.get(next) {
+            poll();
             for n in ways.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)) {
                 if std::mem::take(&mut left[n]) {
                     cells.push(n);

@@ -48,9 +48,22 @@ pub enum Error {
         /// The number of cells that the setting leads to.
         cells: f64,
     },
+    /// There is no memory for what a kernel holds at once.
+    #[error("there is no memory for {0}")]
+    Memory(String),
     /// The caller asked to stop.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// Asks for memory that will be needed, so that its lack is an error: an allocation that fails ends
+/// the process.
+///
+/// # Errors
+///
+/// [`Error::Memory`] where there is none for `bytes` more.
+pub fn memory_for(bytes: usize, what: impl FnOnce() -> String) -> Result<()> {
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Error::Memory(what()))
 }
 
 /// Passes a finite value above zero; names the setting otherwise.

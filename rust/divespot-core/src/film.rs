@@ -1,5 +1,7 @@
 //! A smooth surface across what the ground around an object says of the ground below it.
 
+use crate::cancel::{Polled, poll};
+
 /// Nodes along the longer side; a floor that wavers within a pile's width is no floor.
 const NODES: usize = 48;
 /// What one cell of ground weighs against the stretching of the film to one neighbouring node.
@@ -46,6 +48,7 @@ pub(crate) fn relax(heights_m: &mut [f64], columns: usize, nodes: &[Node], large
     let mut nodes: Vec<Pulled> = nodes.iter().filter_map(|node| field.pulled(node)).collect();
     nodes.sort_by_key(|node| node.diagonal);
     for _ in 0..SWEEPS {
+        poll();
         if field.sweep(&nodes) <= SETTLED * largest_m {
             break;
         }
@@ -154,7 +157,7 @@ impl Film {
     /// Every cell pulls at its nearest node.
     fn gather(&self, ring: &[[f64; 3]]) -> Vec<Node> {
         let mut data: Vec<Node> = (0..self.heights_m.len()).map(Node::free).collect();
-        for p in ring {
+        for p in ring.iter().polled() {
             let (x, y) = self.place([p[0], p[1]]);
             let node = y.round() as usize * self.columns + x.round() as usize;
             data[node].weight += PULL;

@@ -1,5 +1,6 @@
 //! The height of the ground: a peak in the distribution of heights.
 
+use crate::cancel::Polled;
 use crate::fixed::Fixed;
 use crate::histogram::{HeightHistogram, height_histogram};
 use crate::{Error, Result};
@@ -139,7 +140,7 @@ impl<'a> Sums<'a> {
     fn new(histogram: &'a HeightHistogram, heights: &[f64]) -> Self {
         let fixed = Fixed::new(2.0 * histogram.bin_m, heights.len());
         let mut sums = vec![0; histogram.counts.len()];
-        for &height in heights {
+        for &height in heights.iter().polled() {
             let above = height - histogram.lowest_m;
             let bin = histogram.bin_of(height);
             sums[bin] += fixed.encode(above - bin as f64 * histogram.bin_m);

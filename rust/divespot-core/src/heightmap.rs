@@ -2,7 +2,8 @@
 //!
 //! Memory grows with the square of the scene's size, where inner voxels would take the cube.
 
-use crate::error::{Error, Result, positive};
+use crate::cancel::Polled;
+use crate::error::{Error, Result, memory_for, positive};
 use crate::fixed::Fixed;
 use crate::{Bounds, Point};
 
@@ -11,6 +12,8 @@ use crate::{Bounds, Point};
 const MOST_CELLS: f64 = (1u64 << 26) as f64;
 const ANY_CELLS: f64 = (1u64 << 22) as f64;
 const CELLS_A_POINT: f64 = 64.0;
+/// What a height map of triangles holds for each cell while it is made: 140 bytes, and some more.
+const BYTES_A_CELL: usize = 192;
 
 /// Square cells in plan, row by row: x along a row, y from row to row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +46,9 @@ impl Grid {
         }
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 2²⁶
         let (columns, rows) = (across(0) as usize, across(1) as usize);
+        memory_for(columns * rows * BYTES_A_CELL, || {
+            format!("a grid of {columns} by {rows} cells")
+        })?;
         let origin_m = [bounds.min[0] - 0.25 * cell_m, bounds.min[1] - 0.25 * cell_m];
         Ok(Self { origin_m, cell_m, columns, rows })
     }
@@ -186,7 +192,7 @@ impl Cells {
     }
 
     fn averaged(self) -> HeightMap {
-        let heights_m = (0..self.grid.len()).map(|cell| self.centered(cell)).collect();
+        let heights_m = (0..self.grid.len()).polled().map(|cell| self.centered(cell)).collect();
         self.with_heights(heights_m)
     }
 
@@ -209,7 +215,7 @@ impl Cells {
 
 fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
     let mut sums = vec![NOTHING; grid.len()];
-    for p in points {
+    for p in points.iter().polled() {
         let cell = &mut sums[grid.cell(p)];
         cell.count += 1;
         (0..3).for_each(|k| cell.xyz[k] += fixed.encode(p[k]));

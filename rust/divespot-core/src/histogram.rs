@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::cancel::Polled;
 use crate::error::positive;
 use crate::voxel::ANCHOR;
 use crate::{Error, Result};
@@ -69,14 +70,17 @@ pub fn height_histogram(heights: &[f64], bin_m: f64, window: usize) -> Result<He
         return Err(Error::Setting { name: "window", given: window as f64, needed });
     }
     let none = Error::TooFewPoints { what: "a height histogram", given: 0, needed: 1 };
-    let lowest_m = heights.iter().copied().reduce(f64::min).ok_or(none)?;
-    let highest_m = heights.iter().copied().fold(lowest_m, f64::max);
+    let lowest_m = heights.iter().copied().polled().reduce(f64::min).ok_or(none)?;
+    let highest_m = heights.iter().copied().polled().fold(lowest_m, f64::max);
     let most = cells(highest_m - lowest_m, bin_m) + 1.0;
     if most > MOST_BINS {
         return Err(Error::GridTooLarge { name: "bin_m", cells: most });
     }
     let mut counts = vec![0; most as usize];
-    heights.iter().for_each(|height| counts[cells(height - lowest_m, bin_m) as usize] += 1);
+    heights
+        .iter()
+        .polled()
+        .for_each(|height| counts[cells(height - lowest_m, bin_m) as usize] += 1);
     let smoothed = moving_average(&counts, window);
     Ok(HeightHistogram { lowest_m, bin_m, window, counts, smoothed })
 }
@@ -88,7 +92,7 @@ fn moving_average(counts: &[u32], window: usize) -> Vec<f64> {
     };
     let sums: Vec<u64> = std::iter::once(0).chain(counts.iter().scan(0, up_to)).collect();
     let mean = |bins: Range<usize>| (sums[bins.end] - sums[bins.start]) as f64 / bins.len() as f64;
-    (0..counts.len()).map(|i| mean(around(i, window, counts.len()))).collect()
+    (0..counts.len()).polled().map(|i| mean(around(i, window, counts.len()))).collect()
 }
 
 #[cfg(test)]

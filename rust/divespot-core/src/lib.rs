@@ -17,6 +17,7 @@ mod robust;
 mod slopes;
 mod terrain;
 
+pub mod cancel;
 pub mod cloud;
 pub mod ground;
 pub mod ground_peak;
@@ -37,7 +38,7 @@ pub mod tin;
 pub mod voxel;
 
 pub use cloud::{Bounds, Cloud};
-pub use error::{Error, Result};
+pub use error::{Error, Result, memory_for};
 pub use ground_peak::{GroundRule, ground_height};
 pub use histogram::{HeightHistogram, height_histogram};
 pub use neighbors::radius_outlier_mask;

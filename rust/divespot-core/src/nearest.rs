@@ -6,6 +6,7 @@
 use std::cmp::Ordering;
 
 use crate::Point;
+use crate::cancel::{Polled, poll};
 use crate::parallel::fill_chunks;
 use crate::sample::mix;
 
@@ -139,6 +140,7 @@ fn splits(points: &[Point], leaves: usize, drawn: usize) -> Vec<(usize, f64)> {
 
 /// Both halves of some points, parted where they spread most.
 fn halves<'a>(part: &'a mut [Point], splits: &mut Vec<(usize, f64)>) -> [&'a mut [Point]; 2] {
+    poll();
     let axis = widest(part);
     let middle = part.len() / 2;
     if middle > 0 {
@@ -166,13 +168,13 @@ fn home_of(splits: &[(usize, f64)], p: &Point) -> u32 {
 /// The rows in the order of their leaves, and where each leaf ends.
 fn dealt(homes: &[u32], leaves: usize) -> (Vec<u32>, Vec<u32>) {
     let mut ends = vec![0_u32; leaves];
-    homes.iter().for_each(|&home| ends[home as usize] += 1);
+    homes.iter().polled().for_each(|&home| ends[home as usize] += 1);
     let mut start = 0;
     for end in &mut ends {
         start += std::mem::replace(end, start);
     }
     let mut rows = vec![0; homes.len()];
-    for (row, &home) in (0..).zip(homes) {
+    for (row, &home) in (0..).zip(homes).polled() {
         let next = &mut ends[home as usize];
         rows[*next as usize] = row;
         *next += 1;

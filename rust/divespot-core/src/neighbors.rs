@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::cancel::{Polled, poll};
 use crate::error::positive;
 use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::{fill_chunks, map_chunks};
@@ -41,7 +42,7 @@ pub fn radius_outlier_mask(
         columns.mask(range, min_neighbors, radius)
     });
     let mut mask = vec![false; points.len()];
-    for (entry, keep) in columns.entries.iter().zip(found.into_iter().flatten()) {
+    for (entry, keep) in columns.entries.iter().zip(found.into_iter().flatten()).polled() {
         mask[entry.row as usize] = keep;
     }
     Ok(mask)
@@ -147,6 +148,7 @@ impl<'a> Windows<'a> {
 
     /// Whether `needed` entries, `p` itself among them, lie within the radius of `p`.
     fn hold(&mut self, needed: usize, p: Point, radius: Radius) -> bool {
+        poll(); // among points that are all within the radius this takes long
         let mut found = 0;
         for window in &mut self.entries[..self.count] {
             while window.first().is_some_and(|e| e.point[2] - p[2] < -radius.reach) {
@@ -183,16 +185,17 @@ fn column_keys(points: &[Point], reach: f64, threads: usize) -> (Vec<Keyed>, u64
 fn columns_of(keyed: &[Keyed]) -> Vec<Column> {
     let mut end = 0;
     let runs = keyed.chunk_by(|a, b| a.key == b.key);
-    runs.map(|run| {
-        end += run.len();
-        Column { key: run[0].key, start: end - run.len(), end }
-    })
-    .collect()
+    runs.polled()
+        .map(|run| {
+            end += run.len();
+            Column { key: run[0].key, start: end - run.len(), end }
+        })
+        .collect()
 }
 
 fn sort_upward(mut entries: &mut [Entry], columns: &[Column], threads: usize) {
     let mut pieces = Vec::with_capacity(columns.len());
-    for column in columns {
+    for column in columns.iter().polled() {
         let (piece, rest) = entries.split_at_mut(column.end - column.start);
         pieces.push(piece);
         entries = rest;

@@ -1,6 +1,7 @@
 //! Rows put in the order of integer keys.
 
 use crate::Point;
+use crate::cancel::{Polled, poll};
 use crate::parallel::fill_chunks;
 
 /// A row of the input and the key it is sorted by.
@@ -44,6 +45,7 @@ pub(crate) fn sort_by<T: Copy + Default>(mut rows: Vec<T>, key: impl Fn(&T) -> u
     let mut sorted = vec![T::default(); rows.len()];
     let mut shift = 0;
     while shift < u64::BITS && largest >> shift > 0 {
+        poll();
         scatter(&rows, &mut sorted, |row| (key(row) >> shift) as usize & (BUCKETS - 1));
         std::mem::swap(&mut rows, &mut sorted);
         shift += DIGIT_BITS;
@@ -53,12 +55,12 @@ pub(crate) fn sort_by<T: Copy + Default>(mut rows: Vec<T>, key: impl Fn(&T) -> u
 
 fn scatter<T: Copy>(rows: &[T], sorted: &mut [T], digit: impl Fn(&T) -> usize) {
     let mut next = [0_usize; BUCKETS];
-    rows.iter().for_each(|row| next[digit(row)] += 1);
+    rows.iter().polled().for_each(|row| next[digit(row)] += 1);
     let mut start = 0;
     for slot in &mut next {
         start += std::mem::replace(slot, start);
     }
-    for row in rows {
+    for row in rows.iter().polled() {
         let slot = &mut next[digit(row)];
         sorted[*slot] = *row;
         *slot += 1;

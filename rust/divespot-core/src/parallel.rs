@@ -6,6 +6,8 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::cancel::{flag, part, poll};
+
 /// The number of threads to run: `asked`, or all that this process may use where 0 is asked.
 #[must_use]
 pub fn thread_count(asked: usize) -> usize {
@@ -27,13 +29,13 @@ pub(crate) fn map_chunks<T: Send>(
     let count = len.div_ceil(chunk);
     let range = |i: usize| i * chunk..len.min((i + 1) * chunk);
     if threads < 2 || count < 2 {
-        return (0..count).map(|i| job(range(i))).collect();
+        return (0..count).map(|i| polled(&job, range(i))).collect();
     }
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::with_capacity(count));
     run(threads.min(count), || {
         let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&i| i < count);
-        let mine: Vec<_> = std::iter::from_fn(take).map(|i| (i, job(range(i)))).collect();
+        let mine: Vec<_> = std::iter::from_fn(take).map(|i| (i, polled(&job, range(i)))).collect();
         lock(&done).extend(mine);
     });
     let mut done = into_inner(done);
@@ -74,7 +76,7 @@ pub(crate) fn share<T>(
     let items = Mutex::new(items);
     run(threads, || {
         let take = || lock(&items).next();
-        std::iter::from_fn(take).for_each(&job);
+        std::iter::from_fn(take).for_each(|item| polled(&job, item));
     });
 }
 
@@ -82,12 +84,21 @@ pub(crate) fn share<T>(
 fn run(threads: usize, worker: impl Fn() + Sync) {
     std::thread::scope(|scope| {
         for _ in 1..threads {
-            if std::thread::Builder::new().spawn_scoped(scope, &worker).is_err() {
+            let flag = flag();
+            let helper = || part(flag, &worker);
+            if std::thread::Builder::new().spawn_scoped(scope, helper).is_err() {
                 break;
             }
         }
         worker();
     });
+    poll();
+}
+
+/// Does a job unless all of the work was called off.
+fn polled<T, R>(job: impl Fn(T) -> R, item: T) -> R {
+    poll();
+    job(item)
 }
 
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::cancel::poll;
 use crate::error::{Error, Result, positive};
 use crate::fixed::Fixed;
 use crate::moments::Moments;
@@ -119,6 +120,7 @@ fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
     let mut best: Option<(f64, Plane)> = None;
     let (mut i, mut enough) = (0, settings.hypotheses);
     while i < enough {
+        poll();
         let plane = hypothesis(drawn, settings, u64::from(i));
         let bound = best.map_or(f64::INFINITY, |(cost, _)| cost);
         let cost = plane.map_or(bound, |p| msac(drawn, &p, settings.threshold_m, bound));

@@ -1,5 +1,7 @@
 //! Statistics that stray values do not move.
 
+use crate::cancel::poll;
+
 /// Standard deviation of normal values in median absolute ones.
 const NORMAL: f64 = 1.4826;
 
@@ -10,6 +12,7 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 
 /// The median of values that may be put in another order.
 pub(crate) fn median_in(values: &mut [f64]) -> f64 {
+    poll();
     if values.is_empty() {
         return 0.0;
     }

@@ -1,5 +1,6 @@
 //! Where a height map slopes gently, over windows in which its noise is small.
 
+use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::{FLATTEST, GENTLE};
@@ -33,7 +34,7 @@ impl Slopes {
             [along / run, across / run]
         };
         let places = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
-        let slopes: Vec<[f64; 2]> = places.map(slope).collect();
+        let slopes: Vec<[f64; 2]> = places.polled().map(slope).collect();
         let tilt = tilt(&slopes);
         let gentle = |s: &[f64; 2]| (s[0] - tilt[0]).hypot(s[1] - tilt[1]) <= GENTLE;
         Self { reach, noise_m, gentle: slopes.iter().map(gentle).collect() }
@@ -75,7 +76,7 @@ impl<'a> Sums<'a> {
     fn of(grid: &'a Grid, heights_m: &[f64]) -> Self {
         let width = grid.columns + 1;
         let mut sums = vec![(0.0, 0.0); width * (grid.rows + 1)];
-        for row in 0..grid.rows {
+        for row in (0..grid.rows).polled() {
             let mut line = (0.0, 0.0);
             for column in 0..grid.columns {
                 let height = heights_m[row * grid.columns + column];

@@ -5,6 +5,7 @@
 
 use std::cmp::Ordering;
 
+use crate::cancel::poll;
 use crate::error::{Error, Result};
 use crate::fixed::Fixed;
 use crate::moments::Moments;
@@ -113,7 +114,10 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
 /// Every position once.
 fn distinct(points: &[Point]) -> Vec<Point> {
     let mut positions = points.to_vec();
-    positions.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+    positions.sort_unstable_by(|a, b| {
+        poll();
+        a.partial_cmp(b).unwrap_or(Ordering::Equal)
+    });
     positions.dedup();
     positions
 }

@@ -1,5 +1,6 @@
 //! The ground as one surface: as it was seen, and beneath what stands on it a film across.
 
+use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::film::Film;
 use crate::heightmap::Grid;
@@ -35,8 +36,8 @@ pub(crate) fn terrain(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: us
         _ => (level_m + film.at(grid.center(cell))).max(beside[cell]),
     };
     Terrain {
-        surface_m: (0..grid.len()).map(height).collect(),
-        noise_m: scale(points.iter().map(off)),
+        surface_m: (0..grid.len()).polled().map(height).collect(),
+        noise_m: scale(points.iter().polled().map(off)),
     }
 }
 
@@ -52,7 +53,7 @@ fn beside(grid: &Grid, heights_m: &[f64], reach: usize, ground: &[bool]) -> Vec<
         along.extend((0..row.len()).map(most));
     }
     let mut all = vec![f64::NEG_INFINITY; heights.len()];
-    for (at, line) in all.chunks_mut(grid.columns.max(1)).enumerate() {
+    for (at, line) in all.chunks_mut(grid.columns.max(1)).enumerate().polled() {
         for row in around(at, grid.rows) {
             let other = &along[row * grid.columns..][..grid.columns];
             line.iter_mut().zip(other).for_each(|(most, height)| *most = most.max(*height));

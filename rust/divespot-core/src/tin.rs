@@ -7,6 +7,7 @@
 use spade::handles::{FaceHandle, InnerTag, VertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
+use crate::cancel::{Polled, poll};
 use crate::error::{Error, Result};
 use crate::heightmap::{Cells, Grid, HeightMap, bounds};
 use crate::{Bounds, Point};
@@ -28,7 +29,9 @@ struct Vertex(Point);
 impl HasPosition for Vertex {
     type Scalar = f64;
 
+    /// Asked for all the time: while points are inserted, nothing else of ours runs.
     fn position(&self) -> Point2<f64> {
+        poll();
         Point2::new(self.0[0], self.0[1])
     }
 }
@@ -61,7 +64,7 @@ pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Resu
         .map_err(|_| Error::Degenerate("coordinates are too large or too small to triangulate"))?;
     let spacings = spacings(&network);
     let mut lattice = Lattice::over(&cells.grid);
-    for face in network.inner_faces().filter(|face| seen(face, &spacings)) {
+    for face in network.inner_faces().polled().filter(|face| seen(face, &spacings)) {
         lattice.draw(face.vertices().map(|v| v.data().0));
     }
     let heights_m = lattice.means();
@@ -73,8 +76,8 @@ pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Resu
 /// A vertex has the lower third of its edges, for beside a hole half of them may cross it. It is
 /// as sparse as that only in the company of others: all edges of a stray within a hole cross it.
 fn spacings(network: &Network) -> Vec<f64> {
-    let own: Vec<f64> = network.vertices().map(|vertex| lower_third(&vertex)).collect();
-    let believed = network.vertices().map(|vertex| {
+    let own: Vec<f64> = network.vertices().polled().map(|vertex| lower_third(&vertex)).collect();
+    let believed = network.vertices().polled().map(|vertex| {
         let mut around: Vec<f64> =
             vertex.out_edges().map(|edge| own[edge.to().fix().index()]).collect();
         around.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -124,7 +127,7 @@ impl<'a> Lattice<'a> {
         let plane = |p| (0..3).map(|k| weights(p)[k] * corners[k][2]).sum::<f64>() / double_area;
         let cliff = slope(corners) > STEEPEST;
         let (columns, rows) = (self.span(corners, 0), self.span(corners, 1));
-        for row in rows {
+        for row in rows.polled() {
             for column in columns.clone() {
                 let p = [self.place(column, 0), self.place(row, 1), 0.0];
                 if weights(p).iter().all(|w| w / double_area >= 0.0) {

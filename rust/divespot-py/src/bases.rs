@@ -3,7 +3,7 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
-use crate::errors::raise;
+use crate::interrupt::{attempted, detached};
 use crate::piles::{Map, grid};
 
 /// What objects stand on, where it is not the ground around each.
@@ -22,7 +22,8 @@ impl RawBase {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let grid = grid(shape, origin_m, cell_m);
         let at = |p: [f64; 2]| if self.0.is_known(p) { self.0.at(p) } else { f64::NAN };
-        let base: Vec<f64> = (0..grid.len()).map(|cell| at(grid.center(cell))).collect();
+        let all = || (0..grid.len()).map(|cell| at(grid.center(cell))).collect::<Vec<f64>>();
+        let base = detached(py, all)?;
         base.into_pyarray(py).reshape([shape.0, shape.1])
     }
 }
@@ -51,6 +52,6 @@ pub(crate) fn surface_base(
     noise_m: f64,
 ) -> PyResult<RawBase> {
     let Map { grid, heights_m } = Map::new(&heights_m, origin_m, cell_m);
-    let surface = py.detach(|| Surface::over(grid, heights_m)).map_err(raise)?;
+    let surface = attempted(py, || Surface::over(grid, heights_m))?;
     Ok(RawBase(Base::on(surface, noise_m)))
 }

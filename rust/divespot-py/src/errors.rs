@@ -2,7 +2,7 @@
 
 use divespot_core::Error;
 use pyo3::PyErr;
-use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 
 pyo3::import_exception!(divespot.errors, DivespotError);
 
@@ -10,6 +10,7 @@ pyo3::import_exception!(divespot.errors, DivespotError);
 pub(crate) fn raise(error: Error) -> PyErr {
     match error {
         Error::Interrupted => PyKeyboardInterrupt::new_err(()),
+        Error::Memory(_) => PyMemoryError::new_err(error.to_string()),
         other => DivespotError::new_err(other.to_string()),
     }
 }

@@ -4,7 +4,8 @@ use divespot_core::{Point, ground, pose, sensor};
 use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
-use crate::errors::{DivespotError, raise};
+use crate::errors::DivespotError;
+use crate::interrupt::{attempted, detached};
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Rows, cloud, restored, rows};
 
@@ -19,8 +20,7 @@ pub(crate) fn survey<'py>(
     threads: usize,
 ) -> PyResult<Surveyed<'py>> {
     let (cloud, _) = cloud(points, threads)?;
-    let survey =
-        py.detach(|| divespot_core::survey::survey(&cloud.points, seed, threads)).map_err(raise)?;
+    let survey = attempted(py, || divespot_core::survey::survey(&cloud.points, seed, threads))?;
     let (at, normals): (Vec<Point>, Vec<Point>) =
         survey.normals.into_iter().map(|n| (n.at, n.normal)).unzip();
     let at = rows(py, restored(cloud.origin, at))?;
@@ -56,8 +56,7 @@ pub(crate) fn find_ground(
     let sensor = sensor.map(|s| std::array::from_fn(|k| s[k] - cloud.origin[k]));
     let frame = Frame { sensor, z: axis(z)? };
     let settings = settings(threshold_m, hypotheses, cone, seed, threads);
-    let found = py.detach(|| ground::find_ground(&cloud.points, &normals, &settings, frame));
-    let ground = found.map_err(raise)?;
+    let ground = attempted(py, || ground::find_ground(&cloud.points, &normals, &settings, frame))?;
     Ok((parts(&ground.plane, cloud.origin), reason(ground.up), ground.doubted))
 }
 
@@ -87,7 +86,7 @@ pub(crate) fn leveling<'py>(
     threads: usize,
 ) -> PyResult<Rows<'py>> {
     let (cloud, _) = cloud(points, threads)?;
-    let rotation = py.detach(|| pose::leveling(&cloud.points, normal, threads)).map_err(raise)?;
+    let rotation = attempted(py, || pose::leveling(&cloud.points, normal, threads))?;
     rows(py, rotation.to_vec())
 }
 
@@ -101,5 +100,5 @@ pub(crate) fn unevenness_of_rays(
 ) -> PyResult<Option<f64>> {
     let (cloud, _) = cloud(points, threads)?;
     let place = std::array::from_fn(|k| place[k] - cloud.origin[k]);
-    Ok(py.detach(|| sensor::unevenness_of_rays(&cloud.points, place, seed, threads)))
+    detached(py, || sensor::unevenness_of_rays(&cloud.points, place, seed, threads))
 }

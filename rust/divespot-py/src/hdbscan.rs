@@ -2,9 +2,9 @@ use divespot_core::hdbscan::{Selection, Settings};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 
-use crate::errors::{DivespotError, raise};
-use crate::interrupt::interruptible;
-use crate::points::cloud;
+use crate::errors::DivespotError;
+use crate::interrupt::attempted;
+use crate::points::{cloud_for, need};
 
 type Clusters<'py> =
     (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
@@ -29,9 +29,9 @@ pub(crate) fn hdbscan<'py>(
         allow_single_cluster,
         threads,
     };
-    let (cloud, count) = cloud(points, threads)?;
-    let found = interruptible(py, |cancel| {
-        divespot_core::hdbscan::hdbscan(&cloud.points, &settings, cancel).map(|found| {
+    let (cloud, count) = cloud_for(points, threads, need::HDBSCAN)?;
+    let (labels, probabilities, mst_weights) = attempted(py, || {
+        divespot_core::hdbscan::hdbscan(&cloud.points, &settings).map(|found| {
             let labels = found.labels.into_iter().map(i64::from).collect();
             (
                 cloud.spread(labels, -1, count),
@@ -40,7 +40,6 @@ pub(crate) fn hdbscan<'py>(
             )
         })
     })?;
-    let (labels, probabilities, mst_weights) = found.map_err(raise)?;
     Ok((labels.into_pyarray(py), probabilities.into_pyarray(py), mst_weights.into_pyarray(py)))
 }
 

@@ -4,7 +4,8 @@ use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray1;
 use crate::errors::{DivespotError, raise};
-use crate::points::cloud;
+use crate::interrupt::attempted;
+use crate::points::{cloud_for, need};
 
 /// A height map as arrays of shape (rows, columns).
 #[pyclass(frozen, get_all)]
@@ -22,7 +23,8 @@ pub(crate) fn height_map(
     triangulated: bool,
     mask: Option<ReadonlyArray1<'_, bool>>,
 ) -> PyResult<RawHeightMap> {
-    let (mut cloud, count) = cloud(points, 1)?;
+    let bytes = if triangulated { need::TRIANGLES } else { need::COPY };
+    let (mut cloud, count) = cloud_for(points, 1, bytes)?;
     let all = heightmap::bounds(&cloud.points).map_err(raise)?;
     if let Some(mask) = mask {
         let mask = mask.as_array();
@@ -33,7 +35,7 @@ pub(crate) fn height_map(
         cloud.points.retain(|_| kept.next().copied().unwrap_or(false));
     }
     let make = if triangulated { tin::height_map_within } else { heightmap::height_map_within };
-    let map = py.detach(|| make(&cloud.points, &all, cell_m)).map_err(raise)?;
+    let map = attempted(py, || make(&cloud.points, &all, cell_m))?;
     let shape = [map.grid.rows, map.grid.columns];
     let [x, y, z] = cloud.origin;
     let heights = map.heights_m.into_iter().map(|h| h + z).collect::<Vec<_>>();

@@ -2,7 +2,8 @@ use divespot_core::GroundRule;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
-use crate::errors::{DivespotError, raise};
+use crate::errors::DivespotError;
+use crate::interrupt::attempted;
 use crate::points::{Column, heights};
 
 #[pyfunction]
@@ -13,8 +14,7 @@ pub(crate) fn height_histogram<'py>(
     window: usize,
 ) -> PyResult<(Column<'py, f64>, Column<'py, u32>, Column<'py, f64>)> {
     let heights = heights(heights_m)?;
-    let histogram =
-        py.detach(|| divespot_core::height_histogram(&heights, bin_m, window)).map_err(raise)?;
+    let histogram = attempted(py, || divespot_core::height_histogram(&heights, bin_m, window))?;
     let centers: Vec<f64> = (0..histogram.counts.len()).map(|i| histogram.center_m(i)).collect();
     Ok((
         centers.into_pyarray(py),
@@ -34,8 +34,7 @@ pub(crate) fn ground_height(
 ) -> PyResult<f64> {
     let heights = heights(heights_m)?;
     let rule = ground_rule(rule)?;
-    py.detach(|| divespot_core::ground_height(&heights, bin_m, window, rule, lower_fraction))
-        .map_err(raise)
+    attempted(py, || divespot_core::ground_height(&heights, bin_m, window, rule, lower_fraction))
 }
 
 fn ground_rule(name: &str) -> PyResult<GroundRule> {

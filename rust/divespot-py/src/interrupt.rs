@@ -1,31 +1,40 @@
 //! Kernels that Ctrl-C ends.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+#![allow(clippy::disallowed_methods)] // the one place that may
+
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use pyo3::exceptions::PyRuntimeError;
+use divespot_core::cancel::{Flag, unless_called_off};
 use pyo3::prelude::*;
+
+use crate::errors::raise;
 
 /// How often signals are looked for.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Runs `kernel` on a thread of its own, detached from the interpreter, while this thread looks
-/// for signals. A signal whose handler raises sets the flag that the kernel was given; the
-/// exception is raised once the kernel has returned.
-pub(crate) fn interruptible<T: Send>(
+/// As [`detached`], for a kernel that may fail.
+pub(crate) fn attempted<T: Send>(
     py: Python<'_>,
-    kernel: impl FnOnce(&AtomicBool) -> T + Send,
+    kernel: impl FnOnce() -> divespot_core::Result<T> + Send,
 ) -> PyResult<T> {
-    let cancel = AtomicBool::new(false);
+    detached(py, kernel)?.map_err(raise)
+}
+
+/// Runs `kernel` on a thread of its own, detached from the interpreter, while this thread looks
+/// for signals. Where the handler of one raises, the kernel is called off, and the exception raised
+/// once it has ended. Where no thread can start, the kernel runs on this one, and is waited for.
+pub(crate) fn detached<T: Send>(py: Python<'_>, kernel: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let flag = Flag::default();
     let waiting = Mutex::new(Some(kernel));
     let run = || {
         let kernel = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
-        kernel.map(|kernel| kernel(&cancel))
+        kernel.map(|kernel| unless_called_off(&flag, kernel))
     };
-    let found = py.detach(|| {
+    let ended = py.detach(|| {
         thread::scope(|scope| {
             let (running, ended) = channel::<()>();
             let work = || {
@@ -33,18 +42,18 @@ pub(crate) fn interruptible<T: Send>(
                 run()
             };
             let Ok(worker) = thread::Builder::new().spawn_scoped(scope, work) else {
-                return Ok(run()); // no thread can start: without a look for signals
+                return Ok(run());
             };
             let mut outcome = Ok(());
             while ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
                 if outcome.is_ok() {
                     outcome = Python::attach(|py| py.check_signals());
-                    cancel.store(outcome.is_err(), Ordering::Relaxed);
+                    flag.store(outcome.is_err(), Ordering::Relaxed);
                 }
             }
             let result = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             outcome.map(|()| result)
         })
     })?;
-    found.ok_or_else(|| PyRuntimeError::new_err("the kernel did not run"))
+    ended.unwrap_or(Err(divespot_core::Error::Interrupted)).map_err(raise)
 }

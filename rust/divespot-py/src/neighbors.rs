@@ -1,8 +1,8 @@
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
-use crate::errors::raise;
-use crate::points::{Column, cloud};
+use crate::interrupt::{attempted, detached};
+use crate::points::{Column, cloud_for, need};
 
 #[pyfunction]
 pub(crate) fn radius_outlier_mask<'py>(
@@ -12,12 +12,12 @@ pub(crate) fn radius_outlier_mask<'py>(
     min_neighbors: usize,
     threads: usize,
 ) -> PyResult<Column<'py, bool>> {
-    let (cloud, count) = cloud(points, threads)?;
-    let mask = py.detach(|| {
+    let (cloud, count) = cloud_for(points, threads, need::NEIGHBORS)?;
+    let mask = attempted(py, || {
         divespot_core::radius_outlier_mask(&cloud.points, radius_m, min_neighbors, threads)
             .map(|mask| cloud.spread(mask, false, count))
-    });
-    Ok(mask.map_err(raise)?.into_pyarray(py))
+    })?;
+    Ok(mask.into_pyarray(py))
 }
 
 #[pyfunction]
@@ -26,10 +26,10 @@ pub(crate) fn surface_mask<'py>(
     points: &Bound<'py, PyAny>,
     threads: usize,
 ) -> PyResult<Column<'py, bool>> {
-    let (cloud, count) = cloud(points, threads)?;
-    let mask = py.detach(|| {
+    let (cloud, count) = cloud_for(points, threads, need::STRAYS)?;
+    let mask = detached(py, || {
         let threads = divespot_core::thread_count(threads);
         divespot_core::strays::surface_mask(&cloud.points, threads)
-    });
+    })?;
     Ok(cloud.spread(mask, false, count).into_pyarray(py))
 }

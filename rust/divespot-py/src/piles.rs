@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use crate::array::{ReadonlyArray1, ReadonlyArray2};
 use crate::bases::RawBase;
-use crate::errors::raise;
+use crate::interrupt::{attempted, detached};
 
 /// A position as a tuple.
 type Place = (f64, f64, f64);
@@ -105,11 +105,11 @@ pub(crate) fn pieces<'py>(
     labels: ReadonlyArray2<'py, i32>,
     gap: u32,
     fewest: usize,
-) -> Bound<'py, PyArray1<i32>> {
+) -> PyResult<Bound<'py, PyArray1<i32>>> {
     let labels = labels.as_array();
     let grid = grid(labels.dim(), [0.0; 2], 1.0);
     let labels: Vec<i32> = labels.iter().copied().collect();
-    py.detach(|| piles::pieces(&grid, &labels, gap, fewest)).into_pyarray(py)
+    Ok(detached(py, || piles::pieces(&grid, &labels, gap, fewest))?.into_pyarray(py))
 }
 
 pub(crate) fn grid((rows, columns): (usize, usize), origin_m: [f64; 2], cell_m: f64) -> Grid {
@@ -167,10 +167,8 @@ fn measured<'py>(
     map: &Map,
     measure: impl Fn() -> divespot_core::Result<Vec<Object>> + Sync,
 ) -> PyResult<Measured<'py>> {
-    let (objects, base_m) = py
-        .detach(|| measure().map(|objects| (piles::base_map(&map.grid, &objects), objects)))
-        .map(|(base_m, objects)| (objects, base_m))
-        .map_err(raise)?;
+    let (base_m, objects) =
+        attempted(py, || measure().map(|objects| (piles::base_map(&map.grid, &objects), objects)))?;
     let base_m = base_m.into_pyarray(py).reshape([map.grid.rows, map.grid.columns])?;
     Ok((objects.into_iter().map(RawObject::from).collect(), base_m))
 }

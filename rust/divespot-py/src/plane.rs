@@ -4,6 +4,7 @@ use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::raise;
+use crate::interrupt::{attempted, detached};
 use crate::points::{cloud, restored, rows};
 
 /// Normal, offset, inliers and their root mean square distance.
@@ -27,7 +28,7 @@ pub(crate) fn fit_plane(
 ) -> PyResult<PlaneParts> {
     let (cloud, _) = cloud(points, threads)?;
     let settings = settings(threshold_m, hypotheses, cone, seed, threads);
-    let fit = py.detach(|| plane::fit_plane(&cloud.points, &settings)).map_err(raise)?;
+    let fit = attempted(py, || plane::fit_plane(&cloud.points, &settings))?;
     Ok(parts(&fit, cloud.origin))
 }
 
@@ -56,7 +57,7 @@ pub(crate) fn rotate<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (cloud, _) = cloud(points, threads)?;
     let origin = divespot_core::pose::rotate(&[cloud.origin], &rotation, 1)[0];
-    let turned = py.detach(|| divespot_core::pose::rotate(&cloud.points, &rotation, threads));
+    let turned = detached(py, || divespot_core::pose::rotate(&cloud.points, &rotation, threads))?;
     rows(py, restored(origin, turned))
 }
 

@@ -1,12 +1,11 @@
 //! NumPy arrays in and out.
 
-use divespot_core::{Cloud, Point};
+use divespot_core::{Cloud, Point, memory_for};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
 use crate::array::{ReadonlyArray1, ReadonlyArray2};
-use crate::errors::DivespotError;
+use crate::errors::{DivespotError, raise};
 
 /// An array of shape `(n,)`.
 pub(crate) type Column<'py, T> = Bound<'py, PyArray1<T>>;
@@ -17,8 +16,17 @@ pub(crate) type Rows<'py> = Bound<'py, PyArray2<f64>>;
 /// Beyond this, coordinates near the origin would lose their micrometres.
 const LARGEST_EXTENT: f64 = 1e9;
 
-/// Points that a kernel holds for each point of its input: a copy, an order, a result.
-const COPIES: usize = 3;
+/// Bytes that kernels hold for each point, their own copy of it included, as the address space grew
+/// at a million points, and a tenth more.
+pub(crate) mod need {
+    /// Bounds, planes, poses, cells.
+    pub(crate) const COPY: usize = 80;
+    pub(crate) const VOXELS: usize = 120;
+    pub(crate) const NEIGHBORS: usize = 220;
+    pub(crate) const HDBSCAN: usize = 256;
+    pub(crate) const STRAYS: usize = 310;
+    pub(crate) const TRIANGLES: usize = 820;
+}
 
 /// Calls `make(count, threads, row)` with the rows of an `(n, 3)` array of either dtype and any strides.
 ///
@@ -47,20 +55,28 @@ macro_rules! copied {
     }};
 }
 
-/// Raises `MemoryError` where there is no memory for copies of so many points; the allocator would
-/// end the process.
-fn reserve(points: &Bound<'_, PyAny>) -> PyResult<()> {
+/// Raises `MemoryError` where a kernel would find no memory for so many points.
+fn reserve(points: &Bound<'_, PyAny>, bytes: usize) -> PyResult<()> {
     let count = points.len().unwrap_or(0);
-    let too_many = |_| PyMemoryError::new_err(format!("no memory for {count} points"));
-    Vec::<[Point; COPIES]>::new().try_reserve_exact(count).map_err(too_many)
+    memory_for(count.saturating_mul(bytes), || format!("{count} points")).map_err(raise)
 }
 
-/// The finite points of an `(n, 3)` array and the number of its rows.
-pub(crate) fn cloud(points: &Bound<'_, PyAny>, threads: usize) -> PyResult<(Cloud, usize)> {
-    reserve(points)?;
+/// The finite points of an `(n, 3)` array and the number of its rows, for a kernel that needs so many
+/// bytes for each.
+pub(crate) fn cloud_for(
+    points: &Bound<'_, PyAny>,
+    threads: usize,
+    bytes: usize,
+) -> PyResult<(Cloud, usize)> {
+    reserve(points, bytes)?;
     let (cloud, count) = copied!(points, threads, Cloud::new).ok_or_else(|| wrong_array(points))?;
     check_extent(&cloud)?;
     Ok((cloud, count))
+}
+
+/// As `cloud_for`, for kernels that hold little more than a copy.
+pub(crate) fn cloud(points: &Bound<'_, PyAny>, threads: usize) -> PyResult<(Cloud, usize)> {
+    cloud_for(points, threads, need::COPY)
 }
 
 /// Points near their origin, the origin, and the numbers of non-finite and of zero rows.
@@ -72,7 +88,7 @@ pub(crate) fn seen<'py>(
     points: &Bound<'py, PyAny>,
     threads: usize,
 ) -> PyResult<SeenParts<'py>> {
-    reserve(points)?;
+    reserve(points, need::COPY)?;
     let (seen, _) = copied!(points, threads, Cloud::seen).ok_or_else(|| wrong_array(points))?;
     check_extent(&seen.cloud)?;
     let origin = seen.cloud.origin.into();

@@ -3,7 +3,7 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
-use crate::errors::raise;
+use crate::interrupt::{attempted, detached};
 
 type Line<'py> = ReadonlyArray2<'py, f64>;
 
@@ -15,7 +15,7 @@ fn places(line: &Line<'_>) -> Vec<[f64; 2]> {
 #[pyfunction]
 pub(crate) fn first_crossing(py: Python<'_>, line: Line<'_>) -> PyResult<Option<usize>> {
     let line = places(&line);
-    py.detach(|| simple_polygon::first_crossing(&line)).map_err(raise)
+    attempted(py, || simple_polygon::first_crossing(&line))
 }
 
 /// Which places, shape (n, 2), lie inside an odd number of lines.
@@ -24,10 +24,9 @@ pub(crate) fn inside<'py>(
     py: Python<'py>,
     lines: Vec<Line<'py>>,
     at: Line<'py>,
-) -> Bound<'py, PyArray1<bool>> {
+) -> PyResult<Bound<'py, PyArray1<bool>>> {
     let lines: Vec<_> = lines.iter().map(places).collect();
     let at = places(&at);
-    let found: Vec<bool> =
-        py.detach(|| at.iter().map(|&place| simple_polygon::contains(&lines, place)).collect());
-    found.into_pyarray(py)
+    let all = || at.iter().map(|&place| simple_polygon::contains(&lines, place)).collect();
+    Ok(detached::<Vec<bool>>(py, all)?.into_pyarray(py))
 }

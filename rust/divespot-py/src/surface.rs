@@ -3,7 +3,7 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
-use crate::errors::raise;
+use crate::interrupt::attempted;
 use crate::piles::Map;
 use crate::points::{Column, cloud};
 
@@ -18,9 +18,7 @@ pub(crate) fn surface_points<'py>(
     threads: usize,
 ) -> PyResult<Column<'py, bool>> {
     let (cloud, _) = cloud(points, threads)?;
-    let mask = py
-        .detach(|| surface::surface_points(&cloud.points, cell_m, noise_m, anywhere))
-        .map_err(raise)?;
+    let mask = attempted(py, || surface::surface_points(&cloud.points, cell_m, noise_m, anywhere))?;
     Ok(mask.into_pyarray(py))
 }
 
@@ -34,7 +32,7 @@ pub(crate) fn hills<'py>(
     cell_m: f64,
 ) -> PyResult<HillParts<'py>> {
     let map = Map::new(&heights_m, [0.0; 2], cell_m);
-    let found = py.detach(|| surface::hills(&map.grid, &map.heights_m)).map_err(raise)?;
+    let found = attempted(py, || surface::hills(&map.grid, &map.heights_m))?;
     let terrain = found.terrain;
     Ok((
         found.labels.into_pyarray(py),

@@ -1,13 +1,13 @@
 //! The minimum spanning tree of the mutual reachability graph, by Borůvka's rounds.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::cancel::{Polled, poll};
 use crate::parallel::{fill_chunks, share};
 
 use super::forest::Forest;
 use super::knn::{BEYOND, Neighbors};
 use super::search::Search;
-use super::stop;
 use super::tree::{LEAF, Tree, larger, smaller};
 
 /// Leaves handed to a thread at a time.
@@ -28,22 +28,16 @@ pub(super) struct Edge {
 /// The `n - 1` edges of a minimum spanning tree, in no order.
 ///
 /// Which of several edges of equal weight is taken may vary; the sorted weights do not.
-pub(super) fn spanning_tree(
-    tree: &Tree,
-    neighbors: Neighbors,
-    threads: usize,
-    cancel: &AtomicBool,
-) -> crate::Result<Vec<Edge>> {
-    let mut rounds = Rounds::new(tree, neighbors, threads, cancel);
+pub(super) fn spanning_tree(tree: &Tree, neighbors: Neighbors, threads: usize) -> Vec<Edge> {
+    let mut rounds = Rounds::new(tree, neighbors, threads);
     rounds.join_nearest();
     while rounds.live.len() > 1 {
         rounds.relabel();
         rounds.offer_neighbors();
         rounds.search();
-        stop(cancel)?;
         rounds.join_best();
     }
-    Ok(rounds.edges)
+    rounds.edges
 }
 
 /// What is known of a point's way out of its component.
@@ -63,7 +57,6 @@ pub(super) struct Exit {
 pub(super) struct Rounds<'a> {
     pub(super) tree: &'a Tree,
     threads: usize,
-    cancel: &'a AtomicBool,
     pub(super) cores: Vec<[f32; LEAF]>,
     lists: Vec<u32>,
     width: usize,
@@ -85,7 +78,7 @@ pub(super) struct Rounds<'a> {
 }
 
 impl<'a> Rounds<'a> {
-    fn new(tree: &'a Tree, neighbors: Neighbors, threads: usize, cancel: &'a AtomicBool) -> Self {
+    fn new(tree: &'a Tree, neighbors: Neighbors, threads: usize) -> Self {
         let count = tree.rows.len();
         let Neighbors { cores, reaches, lists, width } = neighbors;
         let exit = |(&core, &reach): (&f32, &f32)| Exit {
@@ -97,11 +90,10 @@ impl<'a> Rounds<'a> {
         let flat = cores.as_flattened();
         Self {
             threads,
-            cancel,
             node_cores: up(tree, f32::INFINITY, |place| flat[place], smaller),
             components: vec![[NONE; LEAF]; cores.len()],
             node_components: vec![NONE; tree.nodes.len()],
-            exits: flat.iter().zip(&reaches).map(exit).collect(),
+            exits: flat.iter().zip(&reaches).polled().map(exit).collect(),
             best: (0..count).map(|_| AtomicU64::new(u64::MAX)).collect(),
             forest: Forest::new(count),
             live: (0..count as u32).collect(),
@@ -118,7 +110,7 @@ impl<'a> Rounds<'a> {
     /// as much as the point's own core distance, and none of its edges weighs less.
     fn join_nearest(&mut self) {
         let cores = self.cores.as_flattened();
-        for (place, list) in self.lists.chunks_exact(self.width).enumerate() {
+        for (place, list) in self.lists.chunks_exact(self.width).enumerate().polled() {
             let weight = cores[place];
             let below = |&&other: &&u32| other & BEYOND == 0 && cores[other as usize] <= weight;
             if let Some(&other) = list.iter().find(below) {
@@ -130,7 +122,7 @@ impl<'a> Rounds<'a> {
 
     /// Adds the lightest edge out of every component that has searched.
     fn join_best(&mut self) {
-        for &root in &self.live {
+        for &root in self.live.iter().polled() {
             let best = self.best[root as usize].swap(u64::MAX, Ordering::Relaxed);
             if let Some(exit) = self.exits.get(best as u32 as usize) {
                 let edge = Edge { weight: exit.weight, a: best as u32, b: exit.to };
@@ -174,9 +166,6 @@ impl<'a> Rounds<'a> {
         let width = self.width;
         let pieces = exits.chunks_mut(CHUNK * LEAF).zip(lists.chunks_mut(CHUNK * LEAF * width));
         share(pieces.enumerate(), self.threads, |(chunk, (exits, lists))| {
-            if stop(self.cancel).is_err() {
-                return;
-            }
             let points = exits.iter_mut().zip(lists.chunks_exact_mut(width));
             for (place, (exit, list)) in (chunk * CHUNK * LEAF..).zip(points) {
                 self.offer_neighbor(place, exit, list);
@@ -237,8 +226,8 @@ impl<'a> Rounds<'a> {
         let mut exits = std::mem::take(&mut self.exits);
         let pieces = exits.chunks_mut(CHUNK * LEAF).enumerate();
         share(pieces, self.threads, |(chunk, exits)| {
-            let leaves = (chunk * CHUNK..).zip(exits.chunks_mut(LEAF));
-            for (leaf, exits) in leaves.take_while(|_| stop(self.cancel).is_ok()) {
+            for (leaf, exits) in (chunk * CHUNK..).zip(exits.chunks_mut(LEAF)) {
+                poll();
                 Search::run(self, leaf, exits);
             }
         });
@@ -269,7 +258,7 @@ fn up<T: Copy>(
     merge: impl Fn(T, T) -> T,
 ) -> Vec<T> {
     let mut out = vec![empty; tree.nodes.len()];
-    for own in (0..out.len()).rev() {
+    for own in (0..out.len()).rev().polled() {
         out[own] = match tree.nodes[own].children(own) {
             Some((left, right)) => merge(out[left], out[right]),
             None => {

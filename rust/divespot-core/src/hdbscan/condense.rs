@@ -1,10 +1,9 @@
 //! From the spanning tree to the condensed tree of clusters (Campello et al. 2013).
 
-use std::sync::atomic::AtomicBool;
+use crate::cancel::poll;
 
 use super::boruvka::Edge;
 use super::forest::Forest;
-use super::stop;
 
 /// No cluster.
 pub(super) const NONE: u32 = u32::MAX;
@@ -46,21 +45,16 @@ pub(super) fn distance(weight: f32) -> f64 {
 /// Condenses the hierarchy of `count` places whose spanning tree is `edges`, sorted by weight.
 ///
 /// All edges of one weight merge at once: what comes out does not depend on their order.
-pub(super) fn condense(
-    edges: &[Edge],
-    count: usize,
-    min_cluster_size: usize,
-    cancel: &AtomicBool,
-) -> crate::Result<Condensed> {
+pub(super) fn condense(edges: &[Edge], count: usize, min_cluster_size: usize) -> Condensed {
     let mut growth = Growth::new(count, min_cluster_size);
     for level in edges.chunk_by(|a, b| a.weight == b.weight) {
-        stop(cancel)?;
+        poll();
         match level {
             [edge] => growth.merge_pair(edge),
             _ => growth.merge_level(level),
         }
     }
-    Ok(growth.condensed)
+    growth.condensed
 }
 
 /// A component that takes part in a merger.

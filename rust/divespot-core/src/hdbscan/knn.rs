@@ -1,15 +1,17 @@
 //! The nearest neighbours of every point, a leaf at a time.
 
-use std::sync::atomic::AtomicBool;
-
+use crate::cancel::poll;
 use crate::parallel::share;
 
 use super::found::{Found, distance_of};
-use super::stop;
 use super::tree::{LEAF, Node, Tree, Visitor, larger};
 
 /// Leaves handed to a thread at a time.
 const CHUNK: usize = 64;
+
+/// What a thread holds for each neighbour that is asked for: sixteen points are looked at together,
+/// with room for twice as many of eight bytes, and some to sort them.
+pub(super) const BYTES_A_NEIGHBOR: usize = 300;
 
 /// Neighbours kept for a point. More would save searches later and cost memory.
 const KEPT: usize = 12;
@@ -30,12 +32,7 @@ pub(super) struct Neighbors {
 }
 
 /// Finds the `k` nearest others of every point; `k` must be below the number of points.
-pub(super) fn all_neighbors(
-    tree: &Tree,
-    k: usize,
-    threads: usize,
-    cancel: &AtomicBool,
-) -> crate::Result<Neighbors> {
+pub(super) fn all_neighbors(tree: &Tree, k: usize, threads: usize) -> Neighbors {
     let count = tree.rows.len();
     let width = KEPT.min(count - 1);
     let mut cores = vec![[f32::INFINITY; LEAF]; tree.blocks.len()];
@@ -49,8 +46,8 @@ pub(super) fn all_neighbors(
         let mut search = Search::new(tree, k, width);
         let out =
             cores.iter_mut().zip(reaches.chunks_mut(LEAF)).zip(lists.chunks_mut(LEAF * width));
-        let leaves = (chunk * CHUNK..).zip(out).take_while(|_| stop(cancel).is_ok());
-        for (leaf, ((cores, reaches), lists)) in leaves {
+        for (leaf, ((cores, reaches), lists)) in (chunk * CHUNK..).zip(out) {
+            poll();
             search.run(leaf);
             for (lane, list) in lists.chunks_mut(width).enumerate() {
                 (cores[lane], reaches[lane]) = search.finish(lane, list);
@@ -58,8 +55,7 @@ pub(super) fn all_neighbors(
             search.guess_from(cores, reaches);
         }
     });
-    stop(cancel)?;
-    Ok(Neighbors { cores, reaches, lists, width })
+    Neighbors { cores, reaches, lists, width }
 }
 
 /// The search of the points of one leaf for their neighbours.

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use crate::Point;
+use crate::cancel::Polled;
 
 use super::condense::{Condensed, Leave, NONE, distance};
 
@@ -25,7 +26,9 @@ pub(super) fn label(
     };
     let members = || {
         let places = rows.iter().zip(&condensed.leaves);
-        places.filter_map(|(&row, leave)| Some((row as usize, owner(leave)?, leave.weight)))
+        places
+            .polled()
+            .filter_map(|(&row, leave)| Some((row as usize, owner(leave)?, leave.weight)))
     };
     let numbers = number(points, owners.len(), || members().map(|(row, of, _)| (row, of)));
     let (mut labels, mut probabilities) = (vec![-1; rows.len()], vec![0.0; rows.len()]);

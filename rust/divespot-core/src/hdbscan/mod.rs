@@ -17,10 +17,8 @@ mod tree;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use crate::order::sort_by;
-use crate::{Bounds, Error, Point, Result, thread_count};
+use crate::{Bounds, Error, Point, Result, memory_for, thread_count};
 
 /// How clusters are taken from the hierarchy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,8 +67,8 @@ pub struct Clusters {
 /// # Errors
 ///
 /// [`Error::Setting`] for settings out of range, [`Error::Degenerate`] for coordinates that are
-/// not finite or more than 2³¹ points, [`Error::Interrupted`] soon after `cancel` is set.
-pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Result<Clusters> {
+/// not finite or more than 2³¹ points.
+pub fn hdbscan(points: &[Point], settings: &Settings) -> Result<Clusters> {
     settings.check()?;
     let frame = Frame::around(points)?;
     if points.len() < 2 {
@@ -78,14 +76,16 @@ pub fn hdbscan(points: &[Point], settings: &Settings, cancel: &AtomicBool) -> Re
         return Ok(Clusters { labels, probabilities, mst_weights: Vec::new() });
     }
     let threads = thread_count(settings.threads);
-    let tree = tree::Tree::new(points, |p| frame.map(p), threads, cancel)?;
+    let tree = tree::Tree::new(points, |p| frame.map(p), threads);
     let k = settings.min_samples.min(points.len() - 1);
-    let neighbors = knn::all_neighbors(&tree, k, threads, cancel)?;
-    let edges = boruvka::spanning_tree(&tree, neighbors, threads, cancel)?;
+    memory_for(threads.saturating_mul(k).saturating_mul(knn::BYTES_A_NEIGHBOR), || {
+        format!("the search for {k} neighbours on {threads} threads")
+    })?;
+    let neighbors = knn::all_neighbors(&tree, k, threads);
+    let edges = boruvka::spanning_tree(&tree, neighbors, threads);
     let rows = tree.into_rows();
     let edges = sort_by(edges, |edge| u64::from(edge.weight.to_bits()));
-    stop(cancel)?;
-    let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size, cancel)?;
+    let condensed = condense::condense(&edges, points.len(), settings.min_cluster_size);
     let epsilon = settings.cluster_selection_epsilon * frame.scale;
     let owners = select::select(&condensed.clusters, settings, epsilon);
     let (labels, probabilities) = label::label(points, &rows, &condensed, &owners, epsilon);
@@ -136,9 +136,4 @@ impl Frame {
     fn map(&self, p: &Point) -> [f32; 3] {
         std::array::from_fn(|k| ((p[k] - self.centre[k]) * self.scale) as f32)
     }
-}
-
-/// [`Error::Interrupted`] once `cancel` is set.
-fn stop(cancel: &AtomicBool) -> Result<()> {
-    if cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }

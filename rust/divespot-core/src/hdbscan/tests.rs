@@ -2,8 +2,6 @@
 
 mod twin;
 
-use std::sync::atomic::AtomicBool;
-
 use proptest::prelude::*;
 
 use super::*;
@@ -21,7 +19,7 @@ const PLAIN: Settings = Settings {
 };
 
 fn run(points: &[Point], settings: &Settings) -> Clusters {
-    hdbscan(points, settings, &AtomicBool::new(false)).unwrap()
+    hdbscan(points, settings).unwrap()
 }
 
 /// A number from 0 to 1 that looks random.
@@ -153,7 +151,7 @@ proptest! {
         settings in any_settings(),
     ) {
         let finite = points.iter().flatten().all(|v| v.is_finite());
-        prop_assert_eq!(hdbscan(&points, &settings, &AtomicBool::new(false)).is_ok(), finite);
+        prop_assert_eq!(hdbscan(&points, &settings).is_ok(), finite);
     }
 }
 
@@ -180,7 +178,7 @@ fn two_balls_and_a_far_stray_are_two_clusters_and_noise() {
 
 #[test]
 fn what_is_wrong_is_said() {
-    let say = |settings| hdbscan(&[], &settings, &AtomicBool::new(false)).unwrap_err().to_string();
+    let say = |settings| hdbscan(&[], &settings).unwrap_err().to_string();
     assert_eq!(
         say(Settings { min_cluster_size: 1, ..PLAIN }),
         "min_cluster_size is 1: 2 or more is needed"
@@ -194,6 +192,7 @@ fn what_is_wrong_is_said() {
 
 #[test]
 fn a_set_flag_interrupts() {
-    let cancel = AtomicBool::new(true);
-    assert_eq!(hdbscan(&uniform(1000), &PLAIN, &cancel), Err(Error::Interrupted));
+    let run = || hdbscan(&uniform(1000), &PLAIN);
+    let flag = crate::cancel::Flag::new(true.into());
+    assert_eq!(crate::cancel::unless_called_off(&flag, run), Err(Error::Interrupted));
 }

@@ -1,12 +1,10 @@
 //! A kd-tree over leaves of 16 points, made for work on a whole leaf at a time.
 
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
 
 use crate::Point;
+use crate::cancel::{Polled, poll};
 use crate::parallel::{into_inner, lock, share};
-
-use super::stop;
 
 /// Points in a leaf; only the last leaf may hold fewer.
 pub(super) const LEAF: usize = 16;
@@ -122,26 +120,20 @@ pub(super) struct Tree {
 
 impl Tree {
     /// Builds the tree of `points`, each first mapped into `f32`.
-    pub(super) fn new(
-        points: &[Point],
-        map: impl Fn(&Point) -> [f32; 3],
-        threads: usize,
-        cancel: &AtomicBool,
-    ) -> crate::Result<Self> {
+    pub(super) fn new(points: &[Point], map: impl Fn(&Point) -> [f32; 3], threads: usize) -> Self {
         let mut items: Vec<Item> =
-            (0u32..).zip(points).map(|(row, p)| Item { at: map(p), row }).collect();
+            (0u32..).zip(points).polled().map(|(row, p)| Item { at: map(p), row }).collect();
         let leaves = items.len().div_ceil(LEAF);
         let mut nodes = vec![Node::default(); (2 * leaves).saturating_sub(1)];
         if leaves > 0 {
             let whole = Part { items: &mut items, nodes: &mut nodes, node: 0, leaf: 0 };
-            split_all(whole, threads, cancel);
+            split_all(whole, threads);
         }
-        stop(cancel)?;
-        let blocks = items.chunks(LEAF).map(Block::new).collect();
+        let blocks = items.chunks(LEAF).polled().map(Block::new).collect();
         let rows = items.iter().map(|item| item.row).collect();
         let is_leaf = |&(_, node): &(u32, &Node)| node.right == 0;
         let leaf_nodes = (0u32..).zip(&nodes).filter(is_leaf).map(|(i, _)| i).collect();
-        Ok(Self { nodes, blocks, rows, leaf_nodes })
+        Self { nodes, blocks, rows, leaf_nodes }
     }
 
     /// The input's row of each place; the rest is freed.
@@ -234,9 +226,9 @@ impl<'a> Part<'a> {
     }
 }
 
-fn split_all(whole: Part<'_>, threads: usize, cancel: &AtomicBool) {
+fn split_all(whole: Part<'_>, threads: usize) {
     let mut parts = vec![whole];
-    while !parts.is_empty() && parts.len() < 4 * threads && stop(cancel).is_ok() {
+    while !parts.is_empty() && parts.len() < 4 * threads {
         let halves = Mutex::new(Vec::with_capacity(2 * parts.len()));
         share(parts.into_iter(), threads, |part| {
             if let Some(pair) = part.split() {
@@ -247,7 +239,8 @@ fn split_all(whole: Part<'_>, threads: usize, cancel: &AtomicBool) {
     }
     share(parts.into_iter(), threads, |part| {
         let mut stack = vec![part];
-        while let (Some(part), Ok(())) = (stack.pop(), stop(cancel)) {
+        while let Some(part) = stack.pop() {
+            poll();
             stack.extend(part.split().into_iter().flatten());
         }
     });

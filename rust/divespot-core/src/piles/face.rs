@@ -10,6 +10,7 @@ use super::region::{Part, Ring, moments, part};
 use super::territory::NOBODY;
 use super::wall;
 use crate::Point;
+use crate::cancel::Polled;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::robust::{median, scale};
@@ -40,7 +41,7 @@ impl Faces {
         let step_m = NEVER_STEEPER * grid.cell_m;
         let mut is = vec![false; grid.len()];
         let mut risen = by_cell(grid, &found.loose, |_| true);
-        for column in risen.chunk_by(|a, b| a.0 == b.0) {
+        for column in risen.chunk_by(|a, b| a.0 == b.0).polled() {
             let cell = column[0].0;
             let around = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
             let surface_m = around.fold(f64::NEG_INFINITY, f64::max);
@@ -96,7 +97,7 @@ pub(crate) fn continued_to_faces(mut patch: Patch, scene: &Scene<'_>, margin_m: 
     }
     let near = NearWalls::of(&patch, scene, margin_m);
     let ends: Vec<(usize, End)> =
-        near.before_walls().filter_map(|cell| Some((cell, near.end(cell)?))).collect();
+        near.before_walls().polled().filter_map(|cell| Some((cell, near.end(cell)?))).collect();
     for (cell, end) in ends {
         end.mark(&mut patch, cell);
     }

@@ -11,6 +11,7 @@ use super::base::Base;
 use super::patch::{Scene, spread};
 use super::repose::Repose;
 use super::territory::{EIGHT, FOUR, NOBODY};
+use crate::cancel::{Polled, poll};
 use crate::heightmap::Grid;
 use crate::pose::convex_hull;
 
@@ -36,7 +37,7 @@ pub(crate) fn beyond(grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
         let ([low, high], column) = (spans[cell / grid.columns], (cell % grid.columns) as f64);
         column < low || column > high
     };
-    (0..grid.len()).map(outside).collect()
+    (0..grid.len()).polled().map(outside).collect()
 }
 
 /// Where a row enters and leaves a convex polygon.
@@ -72,13 +73,13 @@ fn company(grid: &Grid, heights_m: &[f64]) -> Vec<u32> {
         let near = column.saturating_sub(NEAR)..(column + NEAR + 1).min(columns);
         near.filter(|c| !heights_m[row + c].is_nan()).count() as u32
     };
-    let along: Vec<u32> = (0..grid.len()).map(in_row).collect();
+    let along: Vec<u32> = (0..grid.len()).polled().map(in_row).collect();
     let around = |cell: usize| {
         let (row, column) = (cell / columns, cell % columns);
         let near = row.saturating_sub(NEAR)..(row + NEAR + 1).min(rows);
         near.map(|r| along[r * columns + column]).sum()
     };
-    (0..grid.len()).map(around).collect()
+    (0..grid.len()).polled().map(around).collect()
 }
 
 /// The unseen cells that lie open to the ground: those of `unseen` that are joined to a seen cell
@@ -159,6 +160,7 @@ impl Flank {
         };
         (0..rims.len()).for_each(|rim| reach(&mut heap, rims[rim].last, rim));
         while let Some((bits, Reverse(cell), Reverse(rim))) = heap.pop() {
+            poll();
             if flank.owner[cell] == NOBODY {
                 flank.owner[cell] = rims[rim].owner;
                 flank.above_m[cell] = f64::from_bits(bits);
@@ -194,7 +196,7 @@ pub(crate) fn rims(
         };
         Some(Rim { last, from, above_m: height(from) + rise_m, owner })
     };
-    last.filter_map(rim).filter(|rim| rim.above_m > 0.0).collect()
+    last.polled().filter_map(rim).filter(|rim| rim.above_m > 0.0).collect()
 }
 
 /// Whether no cell near `last` was seen to be higher.

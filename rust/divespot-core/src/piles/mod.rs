@@ -50,6 +50,7 @@ pub use surface::Surface;
 
 use std::collections::BTreeMap;
 
+use crate::cancel::Polled;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
@@ -162,7 +163,7 @@ fn clear_of_ground(
         let above_m = scene.heights_m[cell] - base.at(scene.grid.center(cell));
         (above_m > settings.margin_m).then_some(label)
     };
-    labels.iter().enumerate().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
+    labels.iter().enumerate().polled().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
 }
 
 /// The plane of the ground around each object.

@@ -7,6 +7,7 @@ use super::region::part_height;
 use super::ring::{ring, ring_base, ring_plane};
 use super::shape::{self, Reason};
 use super::{Settings, gaps, outline, wall};
+use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::{Volume, integrate};
 
@@ -122,7 +123,7 @@ fn compared_m3(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> f64
 
 pub(crate) fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
     let heights = patch.heights_m.iter().enumerate();
-    heights.map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
+    heights.polled().map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
 }
 
 /// The cells that the object covers: its core, and the toe where it stands clear of the base.
@@ -138,14 +139,14 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
         Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),
         Zone::Outside | Zone::Ring | Zone::Beyond => false,
     };
-    (0..patch.zones.len()).map(covers).collect()
+    (0..patch.zones.len()).polled().map(covers).collect()
 }
 
 /// The footprint with the cells of the toe around it: a line along it would cut the toe off.
 fn with_toe(patch: &Patch, footprint: &[bool]) -> Vec<bool> {
     let toe = |cell: usize| patch.zones[cell] == Zone::Toe && patch.counted(cell).share > 0.0;
     let beside = |cell: usize| patch.around(cell, 1).any(|n| footprint[n]);
-    (0..footprint.len()).map(|c| footprint[c] || toe(c) && beside(c)).collect()
+    (0..footprint.len()).polled().map(|c| footprint[c] || toe(c) && beside(c)).collect()
 }
 
 fn raised(patch: &Patch, cell: usize, height_m: f64) -> [f64; 3] {
@@ -155,7 +156,7 @@ fn raised(patch: &Patch, cell: usize, height_m: f64) -> [f64; 3] {
 
 fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
     let (mut weight, mut sum) = (0.0, [0.0; 3]);
-    for &cell in covered {
+    for &cell in covered.iter().polled() {
         let height = patch.counted(cell).share * filled[cell].max(0.0);
         let [x, y] = patch.grid.center(cell);
         let middle = [x, y, base.at([x, y]) + filled[cell].max(0.0) / 2.0];
@@ -166,7 +167,7 @@ fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f
 }
 
 pub(crate) fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
-    line.into_iter().map(|[x, y]| [x, y, base.at([x, y])]).collect()
+    line.into_iter().polled().map(|[x, y]| [x, y, base.at([x, y])]).collect()
 }
 
 /// Whether much of the toe lies where nothing was seen out to the scan's edge.

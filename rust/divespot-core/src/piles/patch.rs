@@ -6,6 +6,7 @@ use super::found::Found;
 use super::hidden;
 use super::region::Part;
 use super::territory::{FOUR, NOBODY, Territory};
+use crate::cancel::{Polled, poll};
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 
@@ -137,6 +138,7 @@ impl Patch {
             .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
         labelled
             .map(|(label, window, reach)| {
+                poll();
                 let cells = window.cells(scene.grid);
                 let zones = zones(&cells, territory, reach, label);
                 let mut patch = Self::cut(scene, &cells, zones, window);
@@ -269,7 +271,9 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
 /// them as a ring has at least: what stands right beside an object is another's territory.
 fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
     let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
-    for (cell, (&label, &steps)) in territory.owner.iter().zip(&territory.steps).enumerate() {
+    for (cell, (&label, &steps)) in
+        territory.owner.iter().zip(&territory.steps).enumerate().polled()
+    {
         let Ok(label) = usize::try_from(label) else { continue };
         if steps > reach[label].farthest() {
             continue;
@@ -302,6 +306,7 @@ pub(crate) fn spread(
     let mut stack = seeds;
     stack.iter().for_each(|&cell| reached[cell] = true);
     while let Some(cell) = stack.pop() {
+        poll();
         for (dx, dy) in FOUR {
             let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
             if !reached[n] && passable(n) {

@@ -4,6 +4,7 @@
 //! cluster does: single cells of noise, each of which would be given a toe of its own.
 
 use super::territory::NOBODY;
+use crate::cancel::Polled;
 use crate::heightmap::Grid;
 
 /// Splits every object into pieces with no gap wider than `gap` cells, numbered by size.
@@ -14,6 +15,7 @@ use crate::heightmap::Grid;
 pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> {
     let mut left = labels.to_vec();
     let mut found: Vec<Vec<usize>> = (0..labels.len())
+        .polled()
         .filter_map(|first| take_piece(grid, &mut left, first, gap))
         .filter(|piece| piece.len() >= fewest)
         .collect();
@@ -31,12 +33,11 @@ fn take_piece(grid: &Grid, left: &mut [i32], first: usize, gap: u32) -> Option<V
     if label == NOBODY {
         return None;
     }
-    let reach = gap as isize + 1;
+    let reach = gap as usize + 1;
     let mut piece = vec![first];
     let mut next = 0;
     while next < piece.len() {
-        for (dx, dy) in (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (x, y))) {
-            let Some(n) = grid.neighbor(piece[next], dx, dy) else { continue };
+        for n in grid.around(piece[next], reach).polled() {
             if left[n] == label {
                 left[n] = NOBODY;
                 piece.push(n);

@@ -8,6 +8,7 @@ use super::patch::{Patch, Reach, Scene, Zone};
 use super::repose::Repose;
 use super::territory::{NOBODY, Territory};
 use super::{Budget, Found, Settings, hidden};
+use crate::cancel::poll;
 use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
@@ -93,6 +94,7 @@ pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
 fn add_moments(grid: &Grid, ring: &[[f64; 2]], sums: &mut [[f64; 3]]) {
     let mut above = ring.to_vec();
     for row in 0..grid.rows {
+        poll();
         let (strip, rest) = split(above, 1, grid.origin_m[1] + to_f64(row + 1) * grid.cell_m);
         above = rest;
         // What lies before the first row or column belongs to no cell.

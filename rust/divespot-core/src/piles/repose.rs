@@ -1,5 +1,6 @@
 //! The angle at which a pile stands, taken from its own flanks.
 
+use crate::cancel::Polled;
 use crate::heightmap::Grid;
 use crate::robust::{median, scale};
 
@@ -30,7 +31,7 @@ impl Repose {
     pub(crate) fn of(grid: &Grid, cells: &[usize], height: impl Fn(usize) -> f64) -> Self {
         let reach = (SHARE * (cells.len() as f64).sqrt()).round().max(1.0) as usize;
         let band = Band::around(grid, cells, reach, height);
-        let slopes = cells.iter().map(|&cell| band.slope(cell, reach));
+        let slopes = cells.iter().polled().map(|&cell| band.slope(cell, reach));
         let flanks: Vec<f64> = slopes.filter(|s| (FLANK.0..FLANK.1).contains(s)).collect();
         if flanks.len() < FEWEST {
             return Self::ANY;
@@ -64,7 +65,7 @@ impl<'a> Band<'a> {
         let margin = reach * (grid.columns + 1);
         let first = cells.iter().min().map_or(0, |cell| cell.saturating_sub(margin));
         let end = cells.iter().max().map_or(0, |cell| (cell + margin + 1).min(grid.len()));
-        Self { grid, first, heights_m: (first..end).map(height).collect() }
+        Self { grid, first, heights_m: (first..end).polled().map(height).collect() }
     }
 
     /// Slope of the least-squares plane through the square around a cell; NaN unless all of it was

@@ -1,5 +1,6 @@
 //! Which object a cell is nearest to, and how far away.
 
+use crate::cancel::Polled;
 use crate::heightmap::Grid;
 
 /// The cell belongs to no object and is near none.
@@ -47,7 +48,7 @@ impl Territory {
         for step in 1..=reach {
             let around: &[(isize, isize)] = if step % 2 == 1 { &FOUR } else { &EIGHT };
             let mut next = Vec::new();
-            for &cell in &front {
+            for &cell in front.iter().polled() {
                 for &(dx, dy) in around {
                     let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
                     if owner[n] == NOBODY && open(last[cell], n) {

@@ -3,6 +3,7 @@
 use super::object::Object;
 use super::territory::NOBODY;
 use super::{Found, Reason, Settings, flat_top, floating, measured, pieces};
+use crate::cancel::Polled;
 use crate::error::Result;
 use crate::fixed::Fixed;
 use crate::heightmap::Grid;
@@ -73,7 +74,7 @@ impl Above {
         let (sums, none) = (vec![0; grid.len()], vec![0; grid.len()]);
         let mut above = Self { fixed, sums, counts: none.clone(), apart: none };
         let apart = found.apart.iter().copied().chain(std::iter::repeat(false));
-        for (p, apart) in found.loose.iter().zip(apart).filter(|(p, _)| grid.holds(p)) {
+        for (p, apart) in found.loose.iter().zip(apart).filter(|(p, _)| grid.holds(p)).polled() {
             let cell = grid.cell(p);
             if heights_m[cell].is_nan() || p[2] > heights_m[cell] {
                 above.sums[cell] += fixed.encode(p[2]);

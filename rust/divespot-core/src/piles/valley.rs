@@ -10,6 +10,7 @@
 use std::cmp::Ordering;
 
 use super::patch::{Patch, Zone};
+use crate::cancel::Polled;
 
 /// A part of fewer cells above its saddle than a block of three by three is no pile.
 const FEWEST: usize = 9;
@@ -29,7 +30,7 @@ pub(crate) fn parts(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Vec<O
     let cells = vec![0; heights_m.len()];
     let joined = (0..heights_m.len()).collect();
     let mut tree = Tree { summit: vec![None; heights_m.len()], joined, cells, heights_m, margin_m };
-    for cell in order {
+    for cell in order.into_iter().polled() {
         tree.pour(patch, cell);
     }
     tree.numbered()
@@ -43,7 +44,10 @@ fn higher_first(heights_m: &[f64], a: usize, b: usize) -> Ordering {
 fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
     let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
     let mean = |cell| patch.mean_around(above, cell, held).filter(|_| !above[cell].is_nan());
-    (0..above.len()).map(|c| if held(c) { mean(c) } else { None }.unwrap_or(f64::NAN)).collect()
+    (0..above.len())
+        .polled()
+        .map(|c| if held(c) { mean(c) } else { None }.unwrap_or(f64::NAN))
+        .collect()
 }
 
 /// Basins of the heights turned upside down, joined at their saddles.

@@ -1,6 +1,7 @@
 //! Where a walk starts if no ground is in view: a filled bin, a heap that fills the frame or was cut
 //! out of its surroundings.
 
+use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::piles::FOUR;
@@ -12,8 +13,10 @@ const LARGE: f64 = 0.1;
 /// starts already; neighbours within the walk's reach of each other are connected.
 pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f64]) {
     let mut left: Vec<bool> = lowest_m.iter().map(|h| !h.is_nan()).collect();
-    let pieces: Vec<Vec<usize>> =
-        (0..left.len()).map(|first| piece(grid, lowest_m, reach_m, first, &mut left)).collect();
+    let pieces: Vec<Vec<usize>> = (0..left.len())
+        .polled()
+        .map(|first| piece(grid, lowest_m, reach_m, first, &mut left))
+        .collect();
     let largest = pieces.iter().map(Vec::len).max().unwrap_or(0);
     let large = |piece: &&Vec<usize>| to_f64(piece.len()) > LARGE * to_f64(largest);
     for piece in pieces.iter().filter(large) {

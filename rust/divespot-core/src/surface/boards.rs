@@ -5,6 +5,7 @@
 
 use super::columns::Columns;
 use super::walk::{Reach, SIGMAS};
+use crate::cancel::Polled;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::piles::EIGHT;
@@ -18,7 +19,8 @@ pub(crate) fn without_boards(columns: &Columns, heights_m: &mut [f64], noise_m: 
     let known = || heights_m.iter().copied().filter(|h| !h.is_nan());
     let relief_m =
         known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min);
-    let farthest = (relief_m / NEVER_STEEPER / grid.cell_m).ceil() as isize;
+    let across = grid.columns.max(grid.rows) as f64;
+    let farthest = (relief_m / NEVER_STEEPER / grid.cell_m).ceil().min(across) as isize;
     let relief = Relief {
         columns,
         grid,
@@ -27,7 +29,8 @@ pub(crate) fn without_boards(columns: &Columns, heights_m: &mut [f64], noise_m: 
         reach_m: Reach::of(grid.cell_m, noise_m).far_m,
         farthest,
     };
-    let boards: Vec<usize> = relief.near_lips().filter(|&cell| relief.is_board(cell)).collect();
+    let boards: Vec<usize> =
+        relief.near_lips().polled().filter(|&cell| relief.is_board(cell)).collect();
     boards.iter().for_each(|&cell| heights_m[cell] = f64::NAN);
     boards
 }
@@ -55,7 +58,7 @@ impl Relief<'_> {
     fn near_lips(&self) -> impl Iterator<Item = usize> + '_ {
         let lip = |cell: usize| EIGHT.iter().any(|&way| self.drops(cell, way, 1) == Some(true));
         let mut near = vec![false; self.grid.len()];
-        for cell in (0..near.len()).filter(|&cell| lip(cell)) {
+        for cell in (0..near.len()).polled().filter(|&cell| lip(cell)) {
             self.grid.around(cell, self.farthest as usize).for_each(|n| near[n] = true);
         }
         (0..near.len()).filter(move |&cell| near[cell])

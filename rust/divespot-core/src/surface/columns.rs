@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::Point;
+use crate::cancel::Polled;
 use crate::heightmap::Grid;
 
 /// Cells along an edge of the blocks in which points are counted.
@@ -23,14 +24,14 @@ pub(crate) struct Columns {
 impl Columns {
     /// The columns of points that lie over the grid.
     pub(crate) fn of(points: &[Point], grid: Grid) -> Self {
-        let cells: Vec<u32> = points.iter().map(|p| grid.cell(p) as u32).collect();
+        let cells: Vec<u32> = points.iter().polled().map(|p| grid.cell(p) as u32).collect();
         let start = starts(&cells, grid.len());
         let mut rows = dealt(&cells, &start);
-        for cell in start.windows(2) {
+        for cell in start.windows(2).polled() {
             let column = &mut rows[cell[0] as usize..cell[1] as usize];
             column.sort_unstable_by(|&a, &b| higher(points, a, b));
         }
-        let heights_m = rows.iter().map(|&row| points[row as usize][2]).collect();
+        let heights_m = rows.iter().polled().map(|&row| points[row as usize][2]).collect();
         Self { grid, start, rows, heights_m }
     }
 
@@ -75,7 +76,7 @@ impl Columns {
             cell / self.grid.columns / BLOCK * columns + cell % self.grid.columns / BLOCK
         };
         let count = |cell: usize| self.range(cell).len() as u32;
-        for cell in (0..self.grid.len()).filter(|&cell| count(cell) > 0) {
+        for cell in (0..self.grid.len()).polled().filter(|&cell| count(cell) > 0) {
             blocks[block(cell)].push(count(cell));
         }
         let scene = need(blocks.concat());
@@ -98,7 +99,7 @@ fn need(mut counts: Vec<u32>) -> u32 {
 /// Where each cell's points begin when they are dealt out in order.
 fn starts(cells: &[u32], count: usize) -> Vec<u32> {
     let mut start = vec![0; count + 1];
-    cells.iter().for_each(|&cell| start[cell as usize + 1] += 1);
+    cells.iter().polled().for_each(|&cell| start[cell as usize + 1] += 1);
     for cell in 0..count {
         start[cell + 1] += start[cell];
     }
@@ -107,7 +108,7 @@ fn starts(cells: &[u32], count: usize) -> Vec<u32> {
 
 fn dealt(cells: &[u32], start: &[u32]) -> Vec<u32> {
     let (mut next, mut rows) = (start.to_vec(), vec![0; cells.len()]);
-    for (row, &cell) in (0..).zip(cells) {
+    for (row, &cell) in (0..).zip(cells).polled() {
         rows[next[cell as usize] as usize] = row;
         next[cell as usize] += 1;
     }

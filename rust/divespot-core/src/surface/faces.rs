@@ -7,6 +7,7 @@
 use super::columns::Columns;
 use super::walk::Reach;
 use crate::Point;
+use crate::cancel::Polled;
 use crate::connectivity::components;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
@@ -62,7 +63,7 @@ pub(crate) fn taken(
 ) -> Vec<Taken> {
     let (grid, reach_m) = (&columns.grid, reach.far_m);
     let mut top: Vec<f64> =
-        (0..grid.len()).map(|cell| top(columns, cell, heights_m[cell], reach_m)).collect();
+        (0..grid.len()).polled().map(|cell| top(columns, cell, heights_m[cell], reach_m)).collect();
     boards.iter().for_each(|&cell| top[cell] = f64::INFINITY);
     let mut taken: Vec<Taken> = heights_m
         .iter()
@@ -72,18 +73,18 @@ pub(crate) fn taken(
         })
         .collect();
     let mut faces: Vec<bool> = top.iter().map(|top| !top.is_nan()).collect();
-    for face in components(grid, faces.clone(), &EIGHT) {
+    for face in components(grid, faces.clone(), &EIGHT).into_iter().polled() {
         let around = || face.iter().flat_map(|&cell| grid.around(cell, 1)).map(|n| heights_m[n]);
         let highest = around().fold(f64::NEG_INFINITY, f64::max);
         if face.iter().all(|&cell| top[cell] <= highest + reach_m) {
             let level = |&&cell: &&usize| is_level(columns, heights_m, cell, top[cell], reach_m);
-            for &cell in face.iter().filter(level) {
+            for &cell in face.iter().polled().filter(level) {
                 taken[cell] = Taken::Face { up_to_m: top[cell] };
                 faces[cell] = false;
             }
         }
     }
-    for cell in (0..grid.len()).filter(|&c| faces[c] && !heights_m[c].is_nan()) {
+    for cell in (0..grid.len()).polled().filter(|&c| faces[c] && !heights_m[c].is_nan()) {
         taken[cell] = match foot(grid, heights_m, &faces, cell) {
             Some(plane) => {
                 Taken::Foot { center_m: grid.center(cell), plane, within_m: reach.near_m }

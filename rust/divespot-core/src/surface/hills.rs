@@ -4,6 +4,7 @@
 //! on higher ground. Ground is every large gentle part of the surface, at whatever height, that is
 //! not a top. A hole is the same thing downwards.
 
+use crate::cancel::Polled;
 use crate::error::{Error, Result};
 use crate::film::{Node, relax};
 use crate::heightmap::Grid;
@@ -84,7 +85,7 @@ fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
         let (sum, count) = near.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
         sum / count
     };
-    (0..grid.len()).map(mean).collect()
+    (0..grid.len()).polled().map(mean).collect()
 }
 
 /// The cells from the highest down.
@@ -101,7 +102,7 @@ fn downhill(heights_m: &[f64], beyond: &[bool]) -> Vec<u32> {
 /// The parts, not ground as yet, above which there is ground.
 fn banks(levels: &Levels, tree: &Tree, is_ground: &[bool]) -> Vec<usize> {
     let mut above = vec![(0_usize, 0_usize); is_ground.len()];
-    for (cell, &part) in levels.of.iter().enumerate() {
+    for (cell, &part) in levels.of.iter().enumerate().polled() {
         if part == NONE || is_ground[part as usize] || levels.edges[part as usize].is_top() {
             continue;
         }
@@ -189,7 +190,7 @@ impl Tree {
             joined: vec![GROUND],
             summit_m: vec![f64::INFINITY],
         };
-        for &cell in order {
+        for &cell in order.iter().polled() {
             let cell = cell as usize;
             let mut around = relief.around(&tree, cell);
             tree.of[cell] = match (ground[cell], around.uphill) {
@@ -244,7 +245,7 @@ fn components(grid: &Grid, tree: &Tree) -> Vec<i32> {
         Some(GROUND) | None => NOBODY,
         Some(_) => 0,
     };
-    let labels: Vec<i32> = (0..grid.len()).map(hill).collect();
+    let labels: Vec<i32> = (0..grid.len()).polled().map(hill).collect();
     crate::piles::pieces(grid, &labels, 0, 1)
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use crate::cancel::{Polled, poll};
 use crate::connectivity::components;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
@@ -124,6 +125,7 @@ impl Looker<'_> {
             }
         }
         while let Some((from, cell, steps)) = queue.pop_front() {
+            poll();
             if steps > self.reach {
                 self.look(&mut edge, from, cell, steps);
             }
@@ -152,7 +154,7 @@ impl Looker<'_> {
         for step in 1..=self.reach {
             let most = GENTLE * to_f64(step) * self.grid.cell_m + CLEAR * self.noise_m;
             let mut next = Vec::new();
-            for (from, cell) in front {
+            for (from, cell) in front.into_iter().polled() {
                 for n in EIGHT.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
                     let rise = (self.heights_m[n] - self.heights_m[from]).abs();
                     if of[n] == NONE && rise <= most {

@@ -15,6 +15,7 @@ use levels::{Levels, NONE};
 use walk::{Reach, mean, walk};
 
 use crate::Point;
+use crate::cancel::Polled;
 use crate::error::Result;
 use crate::heightmap::{Grid, bounds};
 use crate::piles::beyond;
@@ -49,7 +50,7 @@ pub fn surface_points(
     let boards = boards::without_boards(&columns, &mut heights_m, noise_m);
     let taken = faces::taken(&columns, &heights_m, &boards, reach);
     let mut mask = vec![false; points.len()];
-    for (cell, taken) in taken.iter().enumerate() {
+    for (cell, taken) in taken.iter().enumerate().polled() {
         for &row in columns.rows(cell) {
             mask[row as usize] = taken.takes(&points[row as usize]);
         }
@@ -61,7 +62,7 @@ pub fn surface_points(
 fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
     let band_m = (LAYER_SIGMAS * noise_m).max(LAYER_CELLS * columns.grid.cell_m);
     let cells = 0..columns.grid.len();
-    cells.map(|cell| lowest(columns.heights(cell), needs[cell], band_m)).collect()
+    cells.polled().map(|cell| lowest(columns.heights(cell), needs[cell], band_m)).collect()
 }
 
 /// The heights of the large gentle parts of the lowest layer; NaN elsewhere.

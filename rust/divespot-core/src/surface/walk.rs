@@ -9,6 +9,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::columns::Columns;
+use crate::cancel::poll;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::piles::FOUR;
@@ -27,6 +28,7 @@ pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reac
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| Reverse((0, c))).collect();
     while let Some(Reverse((_, cell))) = queue.pop() {
+        poll();
         for n in FOUR.iter().filter_map(|&(dx, dy)| columns.grid.neighbor(cell, dx, dy)) {
             if !heights_m[n].is_nan() {
                 continue;

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::Point;
+use crate::cancel::Polled;
 use crate::parallel::{fill_chunks, share};
 
 use super::{Grid, Sums, Voxels};
@@ -143,7 +144,7 @@ impl Slab<'_> {
     fn fill(self, items: &[Item], words: &[Word], grid: &Grid, layout: &Layout) {
         let Some(first) = words.get(self.words.start) else { return };
         let mut sums = vec![Sums::default(); self.counts.len()];
-        for item in items {
+        for item in items.iter().polled() {
             let word = (item.bit / 64) as usize;
             if self.words.contains(&word) {
                 let rank = words[word].rank(item.bit % 64) - first.before as usize;
@@ -152,7 +153,7 @@ impl Slab<'_> {
         }
         let cells = self.words.flat_map(|w| words[w].set().map(move |bit| layout.cell(w, bit)));
         let out = self.means.iter_mut().zip(self.counts).zip(cells.zip(&sums));
-        for ((mean, count), (cell, sums)) in out {
+        for ((mean, count), (cell, sums)) in out.polled() {
             (*mean, *count) = (sums.mean(grid, cell), sums.count);
         }
     }
