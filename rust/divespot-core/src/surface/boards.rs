@@ -15,6 +15,8 @@ use crate::material::NEVER_STEEPER;
 use crate::piles::EIGHT;
 use crate::robust::median;
 
+/// Fewer cells tell of no board one side of which was not seen.
+const FEWEST: usize = 5;
 /// One direction of each pair of opposite sides.
 const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
 /// A wall's face drops by this share of all that it drops within two cells of its lip.
@@ -97,6 +99,10 @@ impl<'a> Relief<'a> {
         let sure: Vec<bool> = thick_m.iter().map(|t| !t.is_nan()).collect();
         let mut is_board = sure.clone();
         for board in components(self.grid, sure, &EIGHT) {
+            if board.len() < FEWEST {
+                board.iter().for_each(|&cell| is_board[cell] = self.stands(cell));
+                continue;
+            }
             let thick_m = median(board.iter().map(|&cell| thick_m[cell]).collect());
             self.go_on(board, thick_m, &mut is_board);
         }
@@ -111,6 +117,12 @@ impl<'a> Relief<'a> {
             thick_m[cell] = across.fold(f64::NAN, f64::min);
         }
         thick_m
+    }
+
+    /// Whether faces drop on two opposite sides of a cell.
+    fn stands(&self, cell: usize) -> bool {
+        let steep = |way| matches!(self.side(cell, way), Side::Steep(_));
+        AXES.iter().any(|&(dx, dy)| steep((dx, dy)) && steep((-dx, -dy)))
     }
 
     /// How thick a board is across a cell along an axis, if it is one.
@@ -148,11 +160,10 @@ impl<'a> Relief<'a> {
 
     /// Whether a level top ends within a length in some direction: in a face, or unseen.
     fn ends(&self, cell: usize, within_m: f64) -> bool {
+        let near = |way, steps| self.run_m(way, steps) <= within_m + FRONT * self.grid.cell_m;
         EIGHT.iter().any(|&way| match self.side(cell, way) {
-            Side::Steep(steps) | Side::Unseen(steps) => {
-                self.run_m(way, steps) <= within_m + FRONT * self.grid.cell_m
-                    && self.is_level_for(cell, way, steps)
-            }
+            Side::Steep(steps) => near(way, steps) && self.drops_at_once(cell, way, steps),
+            Side::Unseen(steps) => near(way, steps),
             Side::Open => false,
         })
     }

@@ -192,6 +192,21 @@ mod tests {
     }
 
     #[test]
+    fn a_face_on_which_scan_lines_lie_far_apart_rises_too() {
+        let rises = |heights: &[f64]| columns([1, 1], |_| heights.to_vec()).rises(0, 0.0, 1.0);
+        assert_eq!(rises(&[0.0, 3.0, 5.5, 8.0, 10.5]), Some(10.5));
+        assert_eq!(rises(&[0.0, 3.0, 5.5, 8.0]), None);
+        assert_eq!(rises(&[0.0, 6.0, 8.5, 11.0, 13.5]), None);
+    }
+
+    #[test]
+    fn a_run_of_points_ends_where_the_gap_is_wider() {
+        let columns = columns([1, 1], |_| vec![-5.0, -1.0, 0.0, 0.8, 1.7, 4.0]);
+        assert_eq!(columns.run(0, 0.1, 1.0), [-1.0, 1.7]);
+        assert_eq!(columns.run(0, 2.5, 1.0), [-1.0, 2.5]);
+    }
+
+    #[test]
     fn a_surface_holds_a_quarter_of_what_cells_around_typically_do() {
         // Blocks of 8 by 8 cells: of 12 points a cell, of 40, and of half these and half those.
         let counts = |cell: usize| match cell % 24 {
