@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -38,13 +38,7 @@ def with_volumes() -> list[str]:
     return [name for name in KINDS if made(name).truth_m3 is not None]
 
 
-def known() -> list[Any]:
-    bench = pytest.mark.xfail(strict=True, reason="2.5 % too much where a heap lies on a face")
-    marks = {"bench": [bench]}
-    return [pytest.param(name, marks=marks.get(name, [])) for name in with_volumes()]
-
-
-@pytest.mark.parametrize("name", known())
+@pytest.mark.parametrize("name", with_volumes())
 def test_each_pile_has_its_volume_and_nothing_else_is_one(name: str) -> None:
     truth = sorted(made(name).truth_m3 or (), reverse=True)
     piles = measured(name).piles

@@ -7,18 +7,25 @@ use super::base::{Kind, value, weighted_plane};
 use super::found::Found;
 use super::patch::{Patch, Scene, Zone};
 use super::region::{Part, Ring, moments, part};
-use super::territory::NOBODY;
-use super::wall;
+use super::territory::{EIGHT, NOBODY};
+use super::{hidden, wall};
 use crate::Point;
 use crate::cancel::Polled;
+use crate::connectivity::components;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::robust::{median, scale};
 
 /// A face stands so many cells, at most, beyond the last that holds nothing but the pile.
 const BEYOND: usize = 3;
+/// Gaps in a wall up to twice so many cells wide are what was not seen of it.
+const GAP: usize = 2;
+const WIDE: usize = (2 * GAP + 1) * (2 * GAP + 1);
 /// The surface goes on as it is in the pile's cells so many columns and rows away.
 const SUPPORT: usize = 5;
+/// The points of a face scatter by less than this share of a cell where it cuts off cells that look
+/// like the pile's.
+const SHARP: f64 = 0.5;
 /// With fewer points, a face is not known.
 const FEWEST: usize = 4;
 /// Points on a wall's top are not on its face: only the lower half is taken.
@@ -28,8 +35,14 @@ const LOWER: f64 = 0.5;
 pub(crate) struct Faces {
     /// Whether a face rises in a cell.
     pub(crate) is: Vec<bool>,
-    /// Cells in or beside which one does: nothing goes on across them.
+    /// Cells of walls, with the gaps between them closed: nothing goes on across them.
     pub(crate) bars: Vec<bool>,
+    /// Those of them that are as high as the surface before them: the face was not seen.
+    pub(crate) flush: Vec<bool>,
+    /// Cells without a surface that walls stand in.
+    standing: Vec<bool>,
+    /// Cells of a surface over which something rises.
+    mixed: Vec<bool>,
     /// The points that may be on a face with their cells, in order of both.
     risen: Vec<(usize, Point)>,
 }
@@ -40,6 +53,8 @@ impl Faces {
     pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
         let step_m = NEVER_STEEPER * grid.cell_m;
         let mut is = vec![false; grid.len()];
+        let mut mixed = is.clone();
+        let mut lowest_m = vec![f64::NAN; grid.len()];
         let mut risen = by_cell(grid, &found.loose, |_| true);
         for column in risen.chunk_by(|a, b| a.0 == b.0).polled() {
             let cell = column[0].0;
@@ -49,7 +64,17 @@ impl Faces {
             let (low, high) =
                 above.fold((f64::INFINITY, 0.0_f64), |(low, high), z| (low.min(z), high.max(z)));
             is[cell] = low < 2.0 * step_m + margin_m && high > step_m + margin_m;
+            mixed[cell] = high > step_m + margin_m;
+            lowest_m[cell] = column[0].1[2];
         }
+        let standing = standing(grid, heights_m, &is, &lowest_m);
+        let flush = |cell: usize| {
+            let reach_m = 2.0 * step_m + margin_m;
+            let level = |n: usize| (heights_m[n] - lowest_m[cell]).abs() < reach_m;
+            standing[cell] && !is[cell] && grid.around(cell, 1).any(level)
+        };
+        let flush: Vec<bool> = (0..grid.len()).map(flush).collect();
+        is.iter_mut().zip(&flush).for_each(|(is, flush)| *is |= flush);
         let rises =
             |cell: usize, from: usize| heights_m[cell] - heights_m[from] > step_m + margin_m;
         let banks: Vec<usize> = (0..grid.len())
@@ -63,9 +88,25 @@ impl Faces {
             risen.extend(by_cell(grid, &found.surface, |cell| near[cell]));
             risen.sort_unstable_by(by_place);
         }
-        let beside = |cell: usize| grid.around(cell, 1).any(|n| is[n]);
-        let bars = (0..is.len()).map(beside).collect();
-        Self { is, bars, risen }
+        let walls: Vec<bool> = (0..is.len()).map(|cell| is[cell] || standing[cell]).collect();
+        let bars = barred(grid, &closed(grid, &walls));
+        Self { is, bars, flush, standing, mixed, risen }
+    }
+
+    /// The cells that lie outside of the hull of what was seen of the surface. What is hidden between
+    /// it and the walls around it is no end of the scan, but what was not seen of a wall's top is.
+    pub(crate) fn beyond(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
+        let known = |(&h, &stands): (&f64, &bool)| if h.is_nan() && stands { 0.0 } else { h };
+        let all: Vec<f64> = heights_m.iter().zip(&self.standing).map(known).collect();
+        let outside = hidden::beyond(grid, &all);
+        let unseen = |cell: usize| all[cell].is_nan() && !outside[cell] && !self.bars[cell];
+        let wide = |cell: usize| grid.around(cell, GAP).filter(|&n| unseen(n)).count() == WIDE;
+        let wide: Vec<bool> = (0..grid.len()).map(wide).collect();
+        let surface = hidden::beyond(grid, heights_m);
+        let is_beyond = |cell: usize| {
+            outside[cell] || surface[cell] && !grid.around(cell, GAP).any(|n| wide[n])
+        };
+        (0..grid.len()).map(is_beyond).collect()
     }
 
     /// The points off the surface over a cell.
@@ -73,6 +114,37 @@ impl Faces {
         let first = self.risen.partition_point(|(c, _)| *c < cell);
         self.risen[first..].iter().take_while(move |(c, _)| *c == cell).map(|(_, p)| p)
     }
+}
+
+/// The cells, and the gaps between them: those that lie far from whatever is far from them.
+fn closed(grid: &Grid, cells: &[bool]) -> Vec<bool> {
+    let near = |cell: usize| grid.around(cell, GAP).any(|n| cells[n]);
+    let wide: Vec<bool> = (0..cells.len()).map(near).collect();
+    (0..cells.len()).map(|cell| grid.around(cell, GAP).all(|n| wide[n])).collect()
+}
+
+/// The cells, and those between two of them across a corner: no step leads from corner to corner
+/// through a wall.
+fn barred(grid: &Grid, cells: &[bool]) -> Vec<bool> {
+    let at =
+        |cell: usize, dx: isize, dy: isize| grid.neighbor(cell, dx, dy).is_some_and(|n| cells[n]);
+    let beside = |cell: usize, dx: isize, dy: isize| at(cell, dx, dy) || at(cell, -dx, -dy);
+    let corner = |cell: usize| beside(cell, 1, 0) && beside(cell, 0, 1);
+    (0..cells.len()).map(|cell| cells[cell] || corner(cell)).collect()
+}
+
+/// The cells without a surface that hold loose points and are joined, by such cells, to one in which
+/// a face rises.
+fn standing(grid: &Grid, heights_m: &[f64], is: &[bool], lowest_m: &[f64]) -> Vec<bool> {
+    let bare = |cell: usize| heights_m[cell].is_nan() && !lowest_m[cell].is_nan();
+    let mut standing = vec![false; grid.len()];
+    let cells: Vec<bool> = (0..grid.len()).map(|cell| is[cell] || bare(cell)).collect();
+    for thing in components(grid, closed(grid, &cells), &EIGHT) {
+        if thing.iter().any(|&cell| is[cell]) {
+            thing.into_iter().filter(|&cell| bare(cell)).for_each(|cell| standing[cell] = true);
+        }
+    }
+    standing
 }
 
 /// The points over cells that are wanted, in order of cell and height.
@@ -110,6 +182,8 @@ struct NearWalls<'a> {
     scene: &'a Scene<'a>,
     /// Cells at which a face may stand.
     near: Vec<bool>,
+    /// Cells beside walls.
+    beside: Vec<bool>,
     /// Cells in which all there is is the pile's surface.
     clean: Vec<bool>,
     margin_m: f64,
@@ -137,26 +211,34 @@ impl End {
 
 impl<'a> NearWalls<'a> {
     fn of(patch: &'a Patch, scene: &'a Scene<'a>, margin_m: f64) -> Self {
-        let mut near = vec![false; patch.zones.len()];
-        let walls = (0..near.len()).filter(|&cell| patch.walls[cell]);
-        walls.flat_map(|cell| patch.around(cell, BEYOND)).for_each(|n| near[n] = true);
-        let clean = |cell: usize| {
-            patch.zones[cell] == Zone::Core && !patch.heights_m[cell].is_nan() && !patch.walls[cell]
+        let near = |reach: usize| -> Vec<bool> {
+            (0..patch.zones.len()).map(|c| patch.around(c, reach).any(|n| patch.walls[n])).collect()
         };
-        let clean = (0..near.len()).map(clean).collect();
-        Self { patch, scene, near, clean, margin_m }
+        let clean = |cell: usize| {
+            patch.zones[cell] == Zone::Core
+                && !patch.heights_m[cell].is_nan()
+                && !patch.walls[cell]
+                && !scene.faces.mixed[scene.grid.cell(&patch.grid.center(cell))]
+        };
+        let clean = (0..patch.zones.len()).map(clean).collect();
+        Self { patch, scene, near: near(BEYOND), beside: near(1), clean, margin_m }
     }
 
-    /// Cells near the walls that hold something else than the pile, or nothing.
+    /// Cells near the walls that hold something else than the pile, or nothing; and those beside
+    /// the walls, which may hold points of their faces alone.
     fn before_walls(&self) -> impl Iterator<Item = usize> + '_ {
         let beside = |cell: usize| self.patch.around(cell, BEYOND).any(|n| self.clean[n]);
-        (0..self.near.len()).filter(move |&c| self.near[c] && !self.clean[c] && beside(c))
+        let at_wall = |&cell: &usize| !self.clean[cell] || self.beside[cell];
+        (0..self.near.len()).filter(move |&c| self.near[c] && beside(c)).filter(at_wall)
     }
 
     fn end(&self, cell: usize) -> Option<End> {
         let surface = Surface::around(self, cell)?;
         let face = Face::of(&self.above(&surface, cell), surface.from)?;
         let grid = &self.patch.grid;
+        if self.clean[cell] && face.spread_m > SHARP * grid.cell_m {
+            return None;
+        }
         let area = grid.cell_m * grid.cell_m;
         let [x, y] = grid.center(cell);
         let h = 0.5 * grid.cell_m;
@@ -169,11 +251,16 @@ impl<'a> NearWalls<'a> {
 
     /// Points around a cell that lie above the pile's surface, below the wall's top.
     fn above(&self, surface: &Surface, cell: usize) -> Vec<[f64; 2]> {
+        let near = |reach| self.above_within(surface, cell, reach);
+        (1..=BEYOND).map(near).find(|points| points.len() >= FEWEST).unwrap_or_default()
+    }
+
+    fn above_within(&self, surface: &Surface, cell: usize, reach: usize) -> Vec<[f64; 2]> {
         let over =
             |n: usize| self.scene.faces.over(self.scene.grid.cell(&self.patch.grid.center(n)));
         let top = self.patch.around(cell, BEYOND).flat_map(over).map(|p| p[2]);
         let top = top.fold(f64::MIN, f64::max);
-        let on_face = self.patch.around(cell, 1).flat_map(over).filter(|p| {
+        let on_face = self.patch.around(cell, reach).flat_map(over).filter(|p| {
             let low = surface.at([p[0], p[1]]);
             p[2] > low + self.margin_m && p[2] < low + LOWER * (top - low)
         });

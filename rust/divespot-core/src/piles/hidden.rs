@@ -82,16 +82,17 @@ fn company(grid: &Grid, heights_m: &[f64]) -> Vec<u32> {
     (0..grid.len()).polled().map(around).collect()
 }
 
-/// The unseen cells that lie open to the ground: those of `unseen` that are joined to a seen cell
-/// which is not the `object`'s. What the object encloses is a gap in it, no shadow behind it.
+/// The unseen cells that lie open to the ground, or to what is beyond the scan: those of `unseen`
+/// that are joined to the map's edge or to a seen cell which is not the `object`'s. What the object encloses is a gap in it, no shadow behind it.
 pub(crate) fn open(
     grid: &Grid,
     unseen: impl Fn(usize) -> bool,
     object: impl Fn(usize) -> bool,
 ) -> Vec<bool> {
     let four = |cell: usize| FOUR.iter().filter_map(move |&(dx, dy)| grid.neighbor(cell, dx, dy));
-    let beside_ground = |&c: &usize| unseen(c) && four(c).any(|n| !unseen(n) && !object(n));
-    let seeds = (0..grid.len()).filter(beside_ground).collect();
+    let beside_ground = |c: usize| four(c).any(|n| !unseen(n) && !object(n));
+    let opens = |&c: &usize| unseen(c) && (grid.is_border(c) || beside_ground(c));
+    let seeds = (0..grid.len()).filter(opens).collect();
     spread(grid, seeds, unseen)
 }
 

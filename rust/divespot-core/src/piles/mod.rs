@@ -121,17 +121,17 @@ fn measured(
     settings: &Settings,
 ) -> Result<Vec<Object>> {
     let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
-    let open = found.open(&scene.heights_m);
-    let whole = patches(&scene, &found.labels, &open, settings);
+    let around = Around { open: found.open(&scene.heights_m), ground: &found.ground };
+    let whole = patches(&scene, &found.labels, &around, settings);
     // Where no toe is wanted, an object is what was found (paper).
     if settings.toe_cells == 0 {
         return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
     let labels = clear_of_ground(&scene, &found.labels, &whole, settings);
-    let found = patches(&scene, &labels, &open, settings);
+    let found = patches(&scene, &labels, &around, settings);
     let labels = with_flanks(&scene, &labels, &found, settings);
     let whole: BTreeMap<i32, Patch> =
-        patches(&scene, &labels, &open, settings).into_iter().collect();
+        patches(&scene, &labels, &around, settings).into_iter().collect();
     let pairs = found.into_iter().filter_map(|(n, found)| Some((n, found, whole.get(&n)?.clone())));
     let alone = pairs.flat_map(|(n, found, whole)| {
         alone::alone(found, whole, &scene, settings).into_iter().map(move |pair| (n, pair))
@@ -190,25 +190,37 @@ fn with_flanks(
     hidden::with_hidden_flanks(scene, labels, &bases)
 }
 
+/// What may lie around an object.
+struct Around<'a> {
+    /// The cells that its toe or the ground around it may lie in.
+    open: Vec<bool>,
+    ground: &'a [bool],
+}
+
+impl Around<'_> {
+    /// Whether the ground drops more steeply than material could between two cells: what lies
+    /// beyond a cliff is not the ground around an object.
+    fn is_cliff(&self, scene: &Scene<'_>, from: usize, to: usize, settings: &Settings) -> bool {
+        let ([ax, ay], [bx, by]) = (scene.grid.center(from), scene.grid.center(to));
+        let most = NEVER_STEEPER * ((ax - bx).hypot(ay - by) + scene.grid.cell_m)
+            + CLEAR * settings.ground.noise_m;
+        let drop = (scene.heights_m[from] - scene.heights_m[to]).abs();
+        self.ground[from] && self.ground[to] && drop > most
+    }
+}
+
 fn patches(
     scene: &Scene<'_>,
     labels: &[i32],
-    open: &[bool],
+    around: &Around<'_>,
     settings: &Settings,
 ) -> Vec<(i32, Patch)> {
     let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
     let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
-    let heights_m = scene.heights_m.as_slice();
-    // The ground beyond a cliff is not that around an object.
-    let cliff = |from: usize, to: usize| {
-        let ([ax, ay], [bx, by]) = (scene.grid.center(from), scene.grid.center(to));
-        let run_m = (ax - bx).hypot(ay - by) + scene.grid.cell_m;
-        (heights_m[from] - heights_m[to]).abs()
-            > NEVER_STEEPER * run_m + CLEAR * settings.ground.noise_m
-    };
-    let goes_on = |from: usize, to: usize| open[to] && !cliff(from, to);
-    let seen = |cell: usize| !heights_m[cell].is_nan();
-    let territory = Territory::grow_along(scene.grid, labels, goes_on, seen, farthest);
+    let goes_on =
+        |from: usize, to: usize| around.open[to] && !around.is_cliff(scene, from, to, settings);
+    let tells = |cell: usize| around.ground[cell] && !scene.heights_m[cell].is_nan();
+    let territory = Territory::grow_along(scene.grid, labels, goes_on, tells, farthest);
     Patch::all(scene, labels, &territory, &reach)
 }
 

@@ -37,7 +37,9 @@ pub(crate) struct Patch {
     pub(crate) border: Vec<bool>,
     /// Cells in which a face rises.
     pub(crate) walls: Vec<bool>,
-    /// Cells in or beside which a face rises: no flank goes on across them.
+    /// Walls that are as high as the surface before them.
+    pub(crate) flush: Vec<bool>,
+    /// Cells of walls, with the gaps between them closed: no flank goes on across them.
     pub(crate) bars: Vec<bool>,
     /// Cells of banks that lead to higher ground.
     pub(crate) banks: Vec<bool>,
@@ -51,7 +53,7 @@ pub(crate) struct Patch {
 pub(crate) struct Scene<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) heights_m: Vec<f64>,
-    /// Cells outside the convex hull of what was seen.
+    /// Cells outside the convex hull of what was seen of the surface and of walls.
     pub(crate) beyond: Vec<bool>,
     /// Where faces rise from the surface.
     pub(crate) faces: Faces,
@@ -72,8 +74,8 @@ impl<'a> Scene<'a> {
             return Err(Error::Degenerate("one height for each cell is needed"));
         }
         let mut heights_m = hidden::without_lone(grid, heights_m);
-        let beyond = hidden::beyond(grid, &heights_m);
         let faces = Faces::of(grid, &heights_m, found, margin_m);
+        let beyond = faces.beyond(grid, &heights_m);
         (0..grid.len()).filter(|&c| faces.is[c]).for_each(|c| heights_m[c] = f64::NAN);
         let is_bank = |cell: usize| found.is_bank(cell) && !heights_m[cell].is_nan();
         let banks = (0..grid.len()).map(is_bank).collect();
@@ -157,6 +159,7 @@ impl Patch {
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
             walls: cells.iter().map(|&cell| scene.faces.is[cell]).collect(),
+            flush: cells.iter().map(|&cell| scene.faces.flush[cell]).collect(),
             bars: cells.iter().map(|&cell| scene.faces.bars[cell]).collect(),
             banks: cells.iter().map(|&cell| scene.banks[cell]).collect(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),

@@ -12,6 +12,10 @@ use super::region::Part;
 const LEANS: f64 = 0.1;
 /// The face runs anywhere through a cell: a rectangular distribution (GUM 4.3.7).
 const HALF: Part = Part { share: 0.5, off_m: [0.0; 2], u_share: 0.289 };
+/// Where a pile is as high as a wall, the face was not seen: it runs anywhere from the middle of the
+/// cell before, whose points may be of both, to the end of this one: a cell and a half, of which a
+/// quarter of a cell is this one's on average.
+const FLUSH: Part = Part { share: 0.25, off_m: [0.0; 2], u_share: 0.433 };
 
 /// The object with half of each cell in which a wall rises beside it, and no toe behind the walls.
 pub(crate) fn up_to_walls(mut patch: Patch, base: &Base) -> Patch {
@@ -43,7 +47,7 @@ pub(crate) fn up_to_walls(mut patch: Patch, base: &Base) -> Patch {
         patch.zones[cell] = Zone::Toe;
         patch.heights_m[cell] = base.at(patch.grid.center(cell)) + height_m;
         patch.walls[cell] = true;
-        patch.count_part(cell, HALF);
+        patch.count_part(cell, if patch.flush[cell] { FLUSH } else { HALF });
     }
     patch
 }

@@ -5,12 +5,17 @@ use std::ops::Range;
 use crate::Point;
 use crate::cancel::Polled;
 use crate::heightmap::Grid;
+use crate::robust::median;
 
 /// Cells along an edge of the blocks in which points are counted.
 const BLOCK: usize = 8;
 /// A surface holds at least this share of the points that cells around hold: a sensor sees most of a
 /// cell's surface, or it sees something in front of it.
 const LEAST: f64 = 0.25;
+/// Points on so many scan lines or more above a surface may be those of a face, and the lowest is no
+/// farther from it than so many times the distance between them.
+const LINES: usize = 3;
+const WIDER: f64 = 1.5;
 
 /// The points of a grid's cells, from the lowest up: 12 bytes a point and 8 a cell.
 #[derive(Debug)]
@@ -58,11 +63,28 @@ impl Columns {
     }
 
     /// The highest point of a cell in which points rise from a height, with no gap above what is in
-    /// `reach_m` of it that is wider than that.
+    /// `reach_m` of it that is wider than that, or than those between the points above.
     pub(crate) fn rises(&self, cell: usize, height_m: f64, reach_m: f64) -> Option<f64> {
         let heights = self.heights(cell);
-        let next = *heights.get(heights.partition_point(|&z| z <= height_m + reach_m))?;
-        (next <= height_m + 2.0 * reach_m).then(|| heights[heights.len() - 1])
+        let above = &heights[heights.partition_point(|&z| z <= height_m + reach_m)..];
+        let gap_m = reach_m.max(WIDER * step_m(above, reach_m));
+        (*above.first()? <= height_m + reach_m + gap_m).then(|| above[above.len() - 1])
+    }
+
+    /// The lowest and the highest point of a cell that are joined to a height by points with no wider
+    /// gap than this between them.
+    pub(crate) fn run(&self, cell: usize, height_m: f64, gap_m: f64) -> [f64; 2] {
+        let heights = self.heights(cell);
+        let (below, above) = heights.split_at(heights.partition_point(|&z| z <= height_m));
+        let joined = |end: f64, z: &f64| (z - end).abs() <= gap_m;
+        let lowest = below
+            .iter()
+            .rev()
+            .try_fold(height_m, |end, z| if joined(end, z) { Ok(*z) } else { Err(end) });
+        let highest = above
+            .iter()
+            .try_fold(height_m, |end, z| if joined(end, z) { Ok(*z) } else { Err(end) });
+        [lowest, highest].map(|end| end.unwrap_or_else(|end| end))
     }
 
     /// How many points make a surface in each cell: a share of what the cells around typically
@@ -86,6 +108,15 @@ impl Columns {
         let needs: Vec<u32> = (0..needs.len()).map(least).collect();
         (0..self.grid.len()).map(|cell| needs[block(cell)]).collect()
     }
+}
+
+/// How far apart the scan lines on a face are; 0 where the points above a surface lie closer together
+/// than `reach_m`, or on few lines.
+fn step_m(above: &[f64], reach_m: f64) -> f64 {
+    let gaps = || above.windows(2).map(|pair| pair[1] - pair[0]);
+    let wide: Vec<f64> = gaps().filter(|&gap| gap > 0.5 * reach_m).collect();
+    let close = gaps().filter(|gap| (0.1 * reach_m..=0.5 * reach_m).contains(gap)).count();
+    if wide.len() < LINES || wide.len() < close { 0.0 } else { median(wide) }
 }
 
 fn need(mut counts: Vec<u32>) -> u32 {
@@ -159,6 +190,21 @@ mod tests {
         assert_eq!(rises(&[0.0, 0.9, 1.8, 2.5, 7.0]), Some(7.0));
         assert_eq!(rises(&[0.0, 2.1, 7.0]), None);
         assert_eq!(rises(&[-3.0, 0.0, 1.0]), None);
+    }
+
+    #[test]
+    fn a_face_on_which_scan_lines_lie_far_apart_rises_too() {
+        let rises = |heights: &[f64]| columns([1, 1], |_| heights.to_vec()).rises(0, 0.0, 1.0);
+        assert_eq!(rises(&[0.0, 3.0, 5.5, 8.0, 10.5]), Some(10.5));
+        assert_eq!(rises(&[0.0, 3.0, 5.5, 8.0]), None);
+        assert_eq!(rises(&[0.0, 6.0, 8.5, 11.0, 13.5]), None);
+    }
+
+    #[test]
+    fn a_run_of_points_ends_where_the_gap_is_wider() {
+        let columns = columns([1, 1], |_| vec![-5.0, -1.0, 0.0, 0.8, 1.7, 4.0]);
+        assert_eq!(columns.run(0, 0.1, 1.0), [-1.0, 1.7]);
+        assert_eq!(columns.run(0, 2.5, 1.0), [-1.0, 2.5]);
     }
 
     #[test]

@@ -46,8 +46,9 @@ pub fn surface_points(
     if anywhere {
         anywhere::seed(&grid, &lowest, reach.far_m, &mut heights_m);
     }
+    let ground: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
     walk(&columns, &mut heights_m, &needs, reach);
-    let boards = boards::without_boards(&columns, &mut heights_m, noise_m);
+    let boards = boards::without_boards(&columns, &mut heights_m, &ground, noise_m);
     let taken = faces::taken(&columns, &heights_m, &boards, reach);
     let mut mask = vec![false; points.len()];
     for (cell, taken) in taken.iter().enumerate().polled() {
