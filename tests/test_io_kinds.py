@@ -227,8 +227,9 @@ def test_headers_with_leading_blanks(tmp_path: Path, name: str) -> None:
     np.testing.assert_array_equal(read(tmp_path, name, data).points, POINTS)
 
 
-def test_pcd_of_version_5(tmp_path: Path) -> None:
-    data = b"# .PCD v.5\nVERSION .5\nCOLUMNS x y z\nWIDTH 2\nHEIGHT 1\nDATA ascii\n"
+@pytest.mark.parametrize("size", [b"WIDTH 2\nHEIGHT 1\n", b"POINTS 2\n", b"WIDTH 2\n"])
+def test_pcd_of_version_5(tmp_path: Path, size: bytes) -> None:
+    data = b"# .PCD v.5\nVERSION .5\nCOLUMNS x y z\n" + size + b"DATA ascii\n"
     rows = b"1.5 2.25 3.125\n4.5 5.5 6.5\n"
     np.testing.assert_array_equal(read(tmp_path, "a.pcd", data + rows).points, ROWS)
 

@@ -91,3 +91,9 @@ def test_a_float32_scan_in_utm_is_measured_as_densely_as_its_steps() -> None:
     assert report.settings.cell_m is not None
     assert report.settings.cell_m >= 1.0
     assert report.piles[0].volume_m3 == pytest.approx(truth, abs=report.piles[0].u95_m3)
+
+
+def test_steps_that_hide_a_pile_are_refused_as_such() -> None:
+    points, _ = heap(0, 1.0, 0.003, UTM_FLOAT32, tilt=0.0)
+    with pytest.raises(divespot.DivespotError, match=r"y is rounded to steps of 0.5 m, 4 of them"):
+        divespot.measure(points)

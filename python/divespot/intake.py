@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 FEWEST = 10
 #: Smaller than this is no scan in metres.
 SMALLEST_M = 1e-6
+#: A pile of a third of the scan is to have more than a handful of steps.
+FEWEST_STEPS = 20
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
             f"{scan.path or 'the array'}: the points span {size:.2g} m: at least {SMALLEST_M:g} m "
             "is needed"
         )
+    _refuse_coarse(scan, points)
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
@@ -77,6 +80,18 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
     return Cloud(
         points, np.array(origin), described, warnings, scan.projected, place, scan.quantum_m
     )
+
+
+def _refuse_coarse(scan: Scan, points: NDArray[np.float64]) -> None:
+    """Raise DivespotError where so few steps of x or y lie across the scan that no pile shows."""
+    for axis, step_m in zip("xy", scan.quantum_m[:2], strict=True):
+        steps = round(float(np.ptp(points[:, "xyz".index(axis)])) / step_m) if step_m else 0
+        if 2 < steps < FEWEST_STEPS:
+            raise DivespotError(
+                f"{scan.path or 'the array'}: its {axis} is rounded to steps of {step_m:g} m, "
+                f"{steps} of them across the scan: coordinates that were not rounded are needed, "
+                "as float64 keeps them"
+            )
 
 
 def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:

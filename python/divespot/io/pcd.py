@@ -88,12 +88,14 @@ def _parse_header(data: bytes) -> _Header:
     entries = {words[0]: words[1:] for words in map(str.split, lines) if words}
     try:
         fields = _parse_fields(entries)
-        width, height = int(entries["WIDTH"][0]), int(entries["HEIGHT"][0])
+        # Before version .7 a file may tell the number of its points alone.
+        width = int(entries["WIDTH" if "WIDTH" in entries else "POINTS"][0])
+        height = int(entries.get("HEIGHT", ["1"])[0])
         shape = width * height
         points = int(entries["POINTS"][0]) if "POINTS" in entries else shape
     except (KeyError, IndexError, ValueError):
         raise DivespotError(
-            "the PCD header needs FIELDS, SIZE, TYPE of one length, and WIDTH, HEIGHT, POINTS"
+            "the PCD header needs FIELDS, SIZE, TYPE of one length, and WIDTH and HEIGHT, or POINTS"
         ) from None
     if points != shape or points < 0:
         raise DivespotError(f"the PCD header says POINTS {points} but WIDTH x HEIGHT {shape}")
