@@ -314,7 +314,7 @@ def test_the_paper_s_method_measures_one_object_of_the_same_scans() -> None:
     [
         ({"scenes": ["bay", "sandpit"]}, "there is no scene 'sandpit': one of shape-01, .* needed"),
         ({"scenes": ["bay"], "seeds": 0}, "seeds is 0: a whole number of 1 or more is needed"),
-        ({"scenes": ["bay"], "first_seed": -1}, "bay, seed -1: seed is -1"),
+        ({"scenes": ["bay"], "first_seed": -1}, "seed is -1"),
         ({"scenes": ["bay"], "density": 0.0}, "bay, seed 0: density is 0.0"),
     ],
 )

@@ -55,6 +55,7 @@ impl Faces {
         let mut is = vec![false; grid.len()];
         let mut mixed = is.clone();
         let mut lowest_m = vec![f64::NAN; grid.len()];
+        let mut highest_m = lowest_m.clone();
         let mut risen = by_cell(grid, &found.loose, |_| true);
         for column in risen.chunk_by(|a, b| a.0 == b.0).polled() {
             let cell = column[0].0;
@@ -66,11 +67,15 @@ impl Faces {
             is[cell] = low < 2.0 * step_m + margin_m && high > step_m + margin_m;
             mixed[cell] = high > step_m + margin_m;
             lowest_m[cell] = column[0].1[2];
+            highest_m[cell] = column[column.len() - 1].1[2];
         }
         let standing = standing(grid, heights_m, &is, &lowest_m);
         let flush = |cell: usize| {
             let reach_m = 2.0 * step_m + margin_m;
-            let level = |n: usize| (heights_m[n] - lowest_m[cell]).abs() < reach_m;
+            let level = |n: usize| {
+                let off = |height_m: f64| (height_m - heights_m[n]).abs() < reach_m;
+                off(lowest_m[cell]) && off(highest_m[cell])
+            };
             standing[cell] && !is[cell] && grid.around(cell, 1).any(level)
         };
         let flush: Vec<bool> = (0..grid.len()).map(flush).collect();

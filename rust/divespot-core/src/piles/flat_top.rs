@@ -10,7 +10,7 @@ use super::Object;
 use super::base::{Kind, value, weighted_plane};
 use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
-use crate::robust::{median, median_in};
+use crate::robust::median_in;
 use crate::{Bounds, Point};
 
 /// A top is flat if this share of the object's cells lies within the margin of a plane.
@@ -21,7 +21,7 @@ const FITS: usize = 4;
 /// typically do: those inside of a straight edge that runs along a cell do.
 const INSIDE: f64 = 2.0 / 3.0;
 /// Cells wholly on the top are looked for so many columns and rows around.
-const NEAR: usize = 2;
+const NEAR: usize = 3;
 /// The edge is as likely to lie anywhere between the top's and the one that was found by height: a
 /// rectangular distribution has this standard deviation in parts of its width (GUM 4.3.7).
 const BETWEEN: f64 = 0.289;
@@ -113,21 +113,25 @@ fn on_top(grid: &Grid, points: &[(usize, Point)], object: &Object, top: &Top) ->
 /// How many cells the top covers, from the points on it in each cell.
 fn covered(grid: &Grid, on_top: &[f64]) -> f64 {
     let cells: Vec<usize> = (0..on_top.len()).filter(|&cell| !on_top[cell].is_nan()).collect();
-    let around: Vec<f64> = cells.iter().map(|&cell| around(grid, on_top, cell)).collect();
-    let typical = median(around.iter().copied().filter(|&count| count > 0.0).collect());
-    let mut whole = vec![f64::NAN; on_top.len()];
-    for (&cell, &count) in cells.iter().zip(&around) {
-        if count >= INSIDE * typical {
-            whole[cell] = count;
-        }
-    }
-    let share = |&cell: &usize| {
-        let near = grid.around(cell, NEAR).map(|n| whole[n]).filter(|count| !count.is_nan());
-        let (sum, cells) = near.fold((0.0, 0.0), |(sum, cells), n| (sum + n, cells + 1.0));
-        let full = if cells > 0.0 { sum / cells } else { typical };
-        if whole[cell].is_nan() { on_top[cell] / full } else { 1.0 }
+    let mut mean = vec![f64::NAN; on_top.len()];
+    cells.iter().for_each(|&cell| mean[cell] = around(grid, on_top, cell));
+    let full: Vec<f64> = cells
+        .iter()
+        .map(|&cell| {
+            upper_quartile(grid.around(cell, NEAR).map(|n| mean[n]).filter(|&n| n > 0.0).collect())
+        })
+        .collect();
+    let share = |(&cell, &full): (&usize, &f64)| match mean[cell] {
+        inside if inside >= INSIDE * full => f64::from(u8::from(full > 0.0)),
+        _ => on_top[cell] / full,
     };
-    cells.iter().map(share).sum()
+    cells.iter().zip(&full).map(share).sum()
+}
+
+/// Near a straight edge, more than a quarter of the cells lie wholly on the top.
+fn upper_quartile(mut counts: Vec<f64>) -> f64 {
+    counts.sort_unstable_by(f64::total_cmp);
+    counts.get(counts.len() * 3 / 4).copied().unwrap_or(0.0)
 }
 
 /// The mean number of points on the top in a cell and its neighbours.

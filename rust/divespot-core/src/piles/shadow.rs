@@ -14,6 +14,9 @@ use crate::heightmap::Grid;
 
 /// An object's summit is the highest of its cells, this share of them.
 const SUMMIT: f64 = 0.05;
+/// With so much of its volume seen, an object is no veil; something that stands on a pile hides less
+/// than the rest of it.
+const MOSTLY: f64 = 2.0 / 3.0;
 /// A cell so many columns and rows from a shadow borders it.
 const NEAR: usize = 3;
 
@@ -49,7 +52,7 @@ fn mostly_seen(grid: &Grid, surface_m: &[f64], object: &Object) -> bool {
     let sum =
         |cells: &mut dyn Iterator<Item = &[f64; 3]>| cells.map(|p| p[2].max(0.0)).sum::<f64>();
     let seen = |p: &&[f64; 3]| !surface_m[grid.cell(&p[..])].is_nan();
-    2.0 * sum(&mut object.covers_m.iter().filter(seen)) > sum(&mut object.covers_m.iter())
+    sum(&mut object.covers_m.iter().filter(seen)) > MOSTLY * sum(&mut object.covers_m.iter())
 }
 
 fn summit(object: &Object) -> Vec<[f64; 3]> {
