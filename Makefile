@@ -18,7 +18,7 @@ demo: build
 
 test: test-rust test-python
 
-check: lint-rust test-rust lint-python test-python test-checked
+check: lint-rust lint-python test test-checked
 
 build: $(VENV)/built
 
