@@ -12,6 +12,7 @@ use super::{hidden, wall};
 use crate::Point;
 use crate::cancel::Polled;
 use crate::connectivity::components;
+use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::robust::{median, scale};
@@ -26,6 +27,8 @@ const SUPPORT: usize = 5;
 /// The points of a face scatter by less than this share of a cell where it cuts off cells that look
 /// like the pile's.
 const SHARP: f64 = 0.5;
+/// A wall rises from the surface in this share of its cells; what hangs over it touches it at most.
+const ALONG: f64 = 0.2;
 /// With fewer points, a face is not known.
 const FEWEST: usize = 4;
 /// Points on a wall's top are not on its face: only the lower half is taken.
@@ -64,7 +67,8 @@ impl Faces {
             let above = column.iter().map(|(_, p)| p[2] - surface_m).filter(|&z| z > 0.0);
             let (low, high) =
                 above.fold((f64::INFINITY, 0.0_f64), |(low, high), z| (low.min(z), high.max(z)));
-            is[cell] = low < 2.0 * step_m + margin_m && high > step_m + margin_m;
+            is[cell] =
+                column.len() >= FEWEST && low < 2.0 * step_m + margin_m && high > step_m + margin_m;
             mixed[cell] = high > step_m + margin_m;
             lowest_m[cell] = column[0].1[2];
             highest_m[cell] = column[column.len() - 1].1[2];
@@ -145,7 +149,8 @@ fn standing(grid: &Grid, heights_m: &[f64], is: &[bool], lowest_m: &[f64]) -> Ve
     let mut standing = vec![false; grid.len()];
     let cells: Vec<bool> = (0..grid.len()).map(|cell| is[cell] || bare(cell)).collect();
     for thing in components(grid, closed(grid, &cells), &EIGHT) {
-        if thing.iter().any(|&cell| is[cell]) {
+        let rises = thing.iter().filter(|&&cell| is[cell]).count();
+        if to_f64(rises) > ALONG * to_f64(thing.len()) {
             thing.into_iter().filter(|&cell| bare(cell)).for_each(|cell| standing[cell] = true);
         }
     }
