@@ -7,30 +7,25 @@ use super::base::{Kind, value, weighted_plane};
 use super::found::Found;
 use super::patch::{Patch, Scene, Zone};
 use super::region::{Part, Ring, moments, part};
-use super::territory::{EIGHT, NOBODY};
+use super::standing::{self, GAP, Walls};
+use super::territory::NOBODY;
 use super::{hidden, wall};
 use crate::Point;
 use crate::cancel::Polled;
-use crate::connectivity::components;
-use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::robust::{median, scale};
 
 /// A face stands so many cells, at most, beyond the last that holds nothing but the pile.
 const BEYOND: usize = 3;
-/// Gaps in a wall up to twice so many cells wide are what was not seen of it.
-const GAP: usize = 2;
 const WIDE: usize = (2 * GAP + 1) * (2 * GAP + 1);
 /// The surface goes on as it is in the pile's cells so many columns and rows away.
 const SUPPORT: usize = 5;
 /// The points of a face scatter by less than this share of a cell where it cuts off cells that look
 /// like the pile's.
 const SHARP: f64 = 0.5;
-/// A wall rises from the surface in this share of its cells; what hangs over it touches it at most.
-const ALONG: f64 = 0.2;
 /// With fewer points, a face is not known.
-const FEWEST: usize = 4;
+pub(super) const FEWEST: usize = 4;
 /// Points on a wall's top are not on its face: only the lower half is taken.
 const LOWER: f64 = 0.5;
 
@@ -54,36 +49,9 @@ impl Faces {
     /// Where something rises from a surface of these heights to more than `margin_m` above what the
     /// steepest material could reach in a cell: loose points, or a bank beside an object.
     pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
-        let step_m = NEVER_STEEPER * grid.cell_m;
-        let mut is = vec![false; grid.len()];
-        let mut mixed = is.clone();
-        let mut lowest_m = vec![f64::NAN; grid.len()];
-        let mut highest_m = lowest_m.clone();
         let mut risen = by_cell(grid, &found.loose, |_| true);
-        for column in risen.chunk_by(|a, b| a.0 == b.0).polled() {
-            let cell = column[0].0;
-            let around = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
-            let surface_m = around.fold(f64::NEG_INFINITY, f64::max);
-            let above = column.iter().map(|(_, p)| p[2] - surface_m).filter(|&z| z > 0.0);
-            let (low, high) =
-                above.fold((f64::INFINITY, 0.0_f64), |(low, high), z| (low.min(z), high.max(z)));
-            is[cell] =
-                column.len() >= FEWEST && low < 2.0 * step_m + margin_m && high > step_m + margin_m;
-            mixed[cell] = high > step_m + margin_m;
-            lowest_m[cell] = column[0].1[2];
-            highest_m[cell] = column[column.len() - 1].1[2];
-        }
-        let standing = standing(grid, heights_m, &is, &lowest_m);
-        let flush = |cell: usize| {
-            let reach_m = 2.0 * step_m + margin_m;
-            let level = |n: usize| {
-                let off = |height_m: f64| (height_m - heights_m[n]).abs() < reach_m;
-                off(lowest_m[cell]) && off(highest_m[cell])
-            };
-            standing[cell] && !is[cell] && grid.around(cell, 1).any(level)
-        };
-        let flush: Vec<bool> = (0..grid.len()).map(flush).collect();
-        is.iter_mut().zip(&flush).for_each(|(is, flush)| *is |= flush);
+        let Walls { mut is, flush, standing, mixed } = Walls::of(grid, heights_m, &risen, margin_m);
+        let step_m = NEVER_STEEPER * grid.cell_m;
         let rises =
             |cell: usize, from: usize| heights_m[cell] - heights_m[from] > step_m + margin_m;
         let banks: Vec<usize> = (0..grid.len())
@@ -97,8 +65,7 @@ impl Faces {
             risen.extend(by_cell(grid, &found.surface, |cell| near[cell]));
             risen.sort_unstable_by(by_place);
         }
-        let walls: Vec<bool> = (0..is.len()).map(|cell| is[cell] || standing[cell]).collect();
-        let bars = barred(grid, &closed(grid, &walls));
+        let bars = standing::bars(grid, &is, &standing);
         Self { is, bars, flush, standing, mixed, risen }
     }
 
@@ -108,6 +75,9 @@ impl Faces {
         let known = |(&h, &stands): (&f64, &bool)| if h.is_nan() && stands { 0.0 } else { h };
         let all: Vec<f64> = heights_m.iter().zip(&self.standing).map(known).collect();
         let outside = hidden::beyond(grid, &all);
+        if !self.standing.contains(&true) {
+            return outside;
+        }
         let unseen = |cell: usize| all[cell].is_nan() && !outside[cell] && !self.bars[cell];
         let wide = |cell: usize| grid.around(cell, GAP).filter(|&n| unseen(n)).count() == WIDE;
         let wide: Vec<bool> = (0..grid.len()).map(wide).collect();
@@ -123,38 +93,6 @@ impl Faces {
         let first = self.risen.partition_point(|(c, _)| *c < cell);
         self.risen[first..].iter().take_while(move |(c, _)| *c == cell).map(|(_, p)| p)
     }
-}
-
-/// The cells, and the gaps between them: those that lie far from whatever is far from them.
-fn closed(grid: &Grid, cells: &[bool]) -> Vec<bool> {
-    let near = |cell: usize| grid.around(cell, GAP).any(|n| cells[n]);
-    let wide: Vec<bool> = (0..cells.len()).map(near).collect();
-    (0..cells.len()).map(|cell| grid.around(cell, GAP).all(|n| wide[n])).collect()
-}
-
-/// The cells, and those between two of them across a corner: no step leads from corner to corner
-/// through a wall.
-fn barred(grid: &Grid, cells: &[bool]) -> Vec<bool> {
-    let at =
-        |cell: usize, dx: isize, dy: isize| grid.neighbor(cell, dx, dy).is_some_and(|n| cells[n]);
-    let beside = |cell: usize, dx: isize, dy: isize| at(cell, dx, dy) || at(cell, -dx, -dy);
-    let corner = |cell: usize| beside(cell, 1, 0) && beside(cell, 0, 1);
-    (0..cells.len()).map(|cell| cells[cell] || corner(cell)).collect()
-}
-
-/// The cells without a surface that hold loose points and are joined, by such cells, to one in which
-/// a face rises.
-fn standing(grid: &Grid, heights_m: &[f64], is: &[bool], lowest_m: &[f64]) -> Vec<bool> {
-    let bare = |cell: usize| heights_m[cell].is_nan() && !lowest_m[cell].is_nan();
-    let mut standing = vec![false; grid.len()];
-    let cells: Vec<bool> = (0..grid.len()).map(|cell| is[cell] || bare(cell)).collect();
-    for thing in components(grid, closed(grid, &cells), &EIGHT) {
-        let rises = thing.iter().filter(|&&cell| is[cell]).count();
-        if to_f64(rises) > ALONG * to_f64(thing.len()) {
-            thing.into_iter().filter(|&cell| bare(cell)).for_each(|cell| standing[cell] = true);
-        }
-    }
-    standing
 }
 
 /// The points over cells that are wanted, in order of cell and height.

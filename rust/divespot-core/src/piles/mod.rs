@@ -30,6 +30,7 @@ mod ring;
 mod sectors;
 mod shadow;
 mod shape;
+mod standing;
 mod surface;
 mod territory;
 mod things;
@@ -201,11 +202,13 @@ impl Around<'_> {
     /// Whether the ground drops more steeply than material could between two cells: what lies
     /// beyond a cliff is not the ground around an object.
     fn is_cliff(&self, scene: &Scene<'_>, from: usize, to: usize, settings: &Settings) -> bool {
+        if !(self.ground[from] && self.ground[to]) {
+            return false;
+        }
         let ([ax, ay], [bx, by]) = (scene.grid.center(from), scene.grid.center(to));
-        let most = NEVER_STEEPER * ((ax - bx).hypot(ay - by) + scene.grid.cell_m)
-            + CLEAR * settings.ground.noise_m;
-        let drop = (scene.heights_m[from] - scene.heights_m[to]).abs();
-        self.ground[from] && self.ground[to] && drop > most
+        let run_m = (ax - bx).hypot(ay - by) + scene.grid.cell_m;
+        let drop_m = (scene.heights_m[from] - scene.heights_m[to]).abs();
+        drop_m > NEVER_STEEPER * run_m + CLEAR * settings.ground.noise_m
     }
 }
 
