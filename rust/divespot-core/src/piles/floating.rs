@@ -4,7 +4,9 @@
 //! from another side or through it, about as well as the object itself, it floats: a lamp, the arm of
 //! a crane, a veil of flying pixels. What lies between it and the surface is air.
 
+use super::flat_top::points_over;
 use super::{Found, Object, Reason};
+use crate::Point;
 use crate::heightmap::Grid;
 
 /// An object floats if the surface below it shows at least this share of the points that it has
@@ -15,14 +17,18 @@ const LOWER: f64 = 0.5;
 
 /// Gives the reason to every object that floats above the surface.
 pub(crate) fn mark(grid: &Grid, found: &Found, objects: &mut [Object]) {
+    let held = |points: &[Point]| {
+        let mut over = points_over(grid, points, objects.iter());
+        over.retain(|(_, p)| grid.holds(p));
+        over
+    };
+    let (surface, loose) = (held(&found.surface), held(&found.loose));
     for object in objects {
         let mut high_m = vec![f64::NAN; grid.len()];
         object.covers_m.iter().for_each(|p| high_m[grid.cell(p)] = p[2]);
         let above_m = |p: &[f64; 3]| p[2] - object.base.at([p[0], p[1]]);
-        let over = |p: &&[f64; 3]| grid.holds(p) && !high_m[grid.cell(&p[..])].is_nan();
-        let lower = |p: &&[f64; 3]| above_m(p) < LOWER * high_m[grid.cell(&p[..])];
-        let below = found.surface.iter().filter(over).filter(lower).count();
-        let own = found.loose.iter().filter(over).count();
+        let below = surface.iter().filter(|(cell, p)| above_m(p) < LOWER * high_m[*cell]).count();
+        let own = loose.iter().filter(|(cell, _)| !high_m[*cell].is_nan()).count();
         if below as f64 > BELOW * own as f64 {
             object.reason = Some(Reason::Floating);
         }

@@ -138,12 +138,16 @@ impl<'a> Hidden<'a> {
     /// The volume in the shadow between the flanks and the line of sight over the crest: a film
     /// across the shadow ends where that line meets the ground.
     fn below_sight_m3(&self, patch: &Patch) -> f64 {
+        let hidden = |&cell: &usize| self.flanks.unseen(cell) && self.open[cell];
+        let held: Vec<usize> = patch.held().filter(hidden).collect();
+        if held.is_empty() {
+            return 0.0;
+        }
         let mut sight_m = self.flanks.above.to_vec();
         let shadow: Vec<usize> =
             (0..sight_m.len()).filter(|&cell| self.flanks.unseen(cell)).collect();
         stretch(patch, &mut sight_m, &shadow);
-        let held = patch.held().filter(|&cell| self.flanks.unseen(cell) && self.open[cell]);
-        let slack = held.map(|cell| (sight_m[cell] - self.above_m[cell]).max(0.0));
+        let slack = held.iter().map(|&cell| (sight_m[cell] - self.above_m[cell]).max(0.0));
         slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m
     }
 

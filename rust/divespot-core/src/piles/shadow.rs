@@ -26,7 +26,6 @@ const NEAR: usize = 3;
 /// What lies around most of a shadow's edge, and was seen for the most part itself, has something
 /// over it, and is no veil beside it.
 pub(crate) fn mark(grid: &Grid, surface_m: &[f64], heights_m: &[f64], objects: &mut [Object]) {
-    let seen = |o: &Object| mostly_seen(grid, surface_m, o);
     let shadows = Shadows::of(grid, heights_m);
     let is_steep = |o: &&Object| matches!(o.reason, Some(Reason::SteepSides | Reason::Apart));
     let steep = objects.iter().filter(is_steep);
@@ -38,7 +37,9 @@ pub(crate) fn mark(grid: &Grid, surface_m: &[f64], heights_m: &[f64], objects: &
         let higher = cast.iter().filter(|(height_m, _)| *height_m > object.max_height_m);
         let mut beside: BTreeSet<usize> =
             higher.flat_map(|(_, shadows)| shadows).copied().collect();
-        beside.retain(|&shadow| !(seen(object) && shadows.is_within(shadow, object)));
+        if mostly_seen(grid, surface_m, object) {
+            beside.retain(|&shadow| !shadows.is_within(shadow, object));
+        }
         let top = summit(object);
         let borders = top.iter().filter(|p| shadows.near(p).any(|s| beside.contains(&s))).count();
         if 2 * borders > top.len() {
