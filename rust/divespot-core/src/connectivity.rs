@@ -5,10 +5,16 @@ use crate::heightmap::Grid;
 
 /// The connected cells among those that are `left`, by their first cell; `ways` lead from a cell to
 /// its neighbours.
-pub(crate) fn components(
+pub(crate) fn components(grid: &Grid, left: Vec<bool>, ways: &[(isize, isize)]) -> Vec<Vec<usize>> {
+    components_joined(grid, left, ways, |_, _| true)
+}
+
+/// The same, where a cell and its neighbour are connected only if they are `joined`.
+pub(crate) fn components_joined(
     grid: &Grid,
     mut left: Vec<bool>,
     ways: &[(isize, isize)],
+    joined: impl Fn(usize, usize) -> bool,
 ) -> Vec<Vec<usize>> {
     let mut all = Vec::new();
     for first in (0..left.len()).polled() {
@@ -19,7 +25,8 @@ pub(crate) fn components(
         while let Some(&cell) = cells.get(next) {
             poll();
             for n in ways.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)) {
-                if std::mem::take(&mut left[n]) {
+                if left[n] && joined(cell, n) {
+                    left[n] = false;
                     cells.push(n);
                 }
             }

@@ -1,7 +1,7 @@
 //! Where a walk starts if no ground is in view: a filled bin, a heap that fills the frame or was cut
 //! out of its surroundings.
 
-use crate::cancel::Polled;
+use crate::connectivity::components_joined;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::piles::FOUR;
@@ -12,11 +12,9 @@ const LARGE: f64 = 0.1;
 /// Adds the large connected pieces of the lowest layer to the seeds, but those in which the walk
 /// starts already; neighbours within the walk's reach of each other are connected.
 pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f64]) {
-    let mut left: Vec<bool> = lowest_m.iter().map(|h| !h.is_nan()).collect();
-    let pieces: Vec<Vec<usize>> = (0..left.len())
-        .polled()
-        .map(|first| piece(grid, lowest_m, reach_m, first, &mut left))
-        .collect();
+    let known = lowest_m.iter().map(|h| !h.is_nan()).collect();
+    let joined = |a: usize, b: usize| (lowest_m[b] - lowest_m[a]).abs() <= reach_m;
+    let pieces = components_joined(grid, known, &FOUR, joined);
     let largest = pieces.iter().map(Vec::len).max().unwrap_or(0);
     let large = |piece: &&Vec<usize>| to_f64(piece.len()) > LARGE * to_f64(largest);
     for piece in pieces.iter().filter(large) {
@@ -24,29 +22,6 @@ pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f
             piece.iter().for_each(|&cell| seeds_m[cell] = lowest_m[cell]);
         }
     }
-}
-
-fn piece(
-    grid: &Grid,
-    heights_m: &[f64],
-    reach_m: f64,
-    first: usize,
-    left: &mut [bool],
-) -> Vec<usize> {
-    if !std::mem::take(&mut left[first]) {
-        return Vec::new();
-    }
-    let (mut cells, mut next) = (vec![first], 0);
-    while let Some(&cell) = cells.get(next) {
-        for n in FOUR.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)) {
-            if left[n] && (heights_m[n] - heights_m[cell]).abs() <= reach_m {
-                left[n] = false;
-                cells.push(n);
-            }
-        }
-        next += 1;
-    }
-    cells
 }
 
 #[cfg(test)]
