@@ -14,6 +14,7 @@ pub mod points;
 pub mod surface;
 
 use arbitrary::Arbitrary;
+use divespot_core::heightmap::Grid;
 use divespot_core::{Cloud, Point};
 
 /// Points of one input, at most.
@@ -86,6 +87,15 @@ impl Relief {
         };
         let whole = self.heights.len().min(MOST_POINTS) / self.columns() * self.columns();
         self.heights[..whole].iter().map(height).collect()
+    }
+
+    /// The same over a grid; `None` where there is no row.
+    #[must_use]
+    pub fn map(&self) -> Option<(Grid, Vec<f64>)> {
+        let (columns, heights_m) = (self.columns(), self.heights_m());
+        let rows = heights_m.len() / columns;
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 0.125, columns, rows };
+        (rows > 0).then_some((grid, heights_m))
     }
 
     #[must_use]

@@ -27,13 +27,7 @@ pub struct Input {
 
 impl Input {
     pub fn run(&self) {
-        let heights_m = self.relief.heights_m();
-        let columns = self.relief.columns();
-        let rows = heights_m.len() / columns;
-        if rows == 0 {
-            return;
-        }
-        let grid = Grid { origin_m: [0.0; 2], cell_m: 0.125, columns, rows };
+        let Some((grid, heights_m)) = self.relief.map() else { return };
         let Ok(found) = hills(&grid, &heights_m) else { return };
         let loose = self.loose.cloud().map_or_else(Vec::new, |cloud| cloud.points);
         let labels = found.labels.iter().zip(self.labels.iter().chain(std::iter::repeat(&0)));

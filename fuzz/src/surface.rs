@@ -1,7 +1,6 @@
 //! The walk over the surface, and the hills on it.
 
 use arbitrary::Arbitrary;
-use divespot_core::heightmap::Grid;
 use divespot_core::piles::pieces;
 use divespot_core::surface::{hills, surface_points};
 
@@ -35,13 +34,7 @@ impl Input {
                 assert_eq!(on.len(), points.len());
             }
         }
-        let heights_m = self.relief.heights_m();
-        let columns = self.relief.columns();
-        let rows = heights_m.len() / columns;
-        if rows == 0 {
-            return;
-        }
-        let grid = Grid { origin_m: [0.0; 2], cell_m: 0.125, columns, rows };
+        let Some((grid, heights_m)) = self.relief.map() else { return };
         let Ok(found) = hills(&grid, &heights_m) else { return };
         assert!(found.terrain.surface_m.len() == grid.len() && found.labels.len() == grid.len());
         let parts = pieces(&grid, &found.labels, self.gap.into(), self.fewest.into());

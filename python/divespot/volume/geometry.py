@@ -78,13 +78,26 @@ def checked(points_m: ArrayLike) -> NDArray[np.float64]:
         They have another shape or type, or are not finite.
 
     """
-    points = as_floats("points_m", points_m).astype(np.float64, copy=False)
-    if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= FARTHEST_M).all():
+    return numbers("points_m", points_m, ("n", 3))
+
+
+def numbers(name: str, values: ArrayLike, shape: tuple[str, int]) -> NDArray[np.float64]:
+    """Return rows of so many numbers; `shape` is what an error calls their array.
+
+    Raises
+    ------
+    DivespotError
+        They have another shape or type, or are not finite.
+
+    """
+    found = as_floats(name, values).astype(np.float64, copy=False)
+    rows, columns = shape
+    if found.ndim != 2 or found.shape[1] != columns or not (np.abs(found) <= FARTHEST_M).all():
         raise DivespotError(
-            f"points_m has shape {points.shape}: numbers up to {FARTHEST_M:g} of shape (n, 3) are "
-            "needed"
+            f"{name} has shape {found.shape}: numbers up to {FARTHEST_M:g} of shape "
+            f"({rows}, {columns}) are needed"
         )
-    return points
+    return found
 
 
 def positive(name: str, value: float, extent_m: float = 0.0) -> float:

@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot._arguments import as_floats
-from divespot.errors import DivespotError
 from divespot.volume.body import inside
-from divespot.volume.geometry import FARTHEST_M, checked, simplices
+from divespot.volume.geometry import checked, numbers, simplices
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -40,20 +38,9 @@ def tin(points_m: ArrayLike, outline_m: ArrayLike | None = None) -> float:
     corners = points[simplices(points[:, :2])]
     middles = corners.mean(axis=1)
     if outline_m is not None:
-        within = inside(middles[:, :2], _closed(outline_m))
+        within = inside(middles[:, :2], numbers("outline_m", outline_m, ("k", 2)))
         corners, middles = corners[within], middles[within]
     return float((areas(corners[:, :, :2]) * middles[:, 2]).sum())
-
-
-def _closed(outline_m: ArrayLike) -> NDArray[np.float64]:
-    """Return the corners of an outline as numbers."""
-    corners = as_floats("outline_m", outline_m).astype(np.float64, copy=False)
-    if corners.ndim != 2 or corners.shape[1] != 2 or not (np.abs(corners) <= FARTHEST_M).all():
-        raise DivespotError(
-            f"outline_m has shape {corners.shape}: numbers up to {FARTHEST_M:g} of shape (k, 2) "
-            "are needed"
-        )
-    return corners
 
 
 def areas(corners_m: NDArray[np.float64]) -> NDArray[np.float64]:
