@@ -225,6 +225,15 @@ mod tests {
     }
 
     #[test]
+    fn unless_it_lies_on_the_ground_plane() {
+        let count = |floor_m: f64| {
+            let flank = move |x: f64, y: f64| floor_m + 0.6 * (x.max(y) - 7.0).max(0.0);
+            levels(&grid(40, 40), flank).edges.len()
+        };
+        assert_eq!((count(0.0), count(0.5)), (1, 0));
+    }
+
+    #[test]
     fn the_edge_of_a_plate_goes_down_a_cliff_and_that_of_a_floor_up() {
         let levels = levels(&grid(40, 40), plate(14.0, 14.0, [13.0, 13.0]));
         let (floor, plate) = (levels.edges[0], levels.edges[1]);
