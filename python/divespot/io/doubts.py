@@ -84,9 +84,10 @@ def doubts_of(xyz: NDArray[Any]) -> tuple[str, ...]:
 
 def _bounds(xyz: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the corners of the box around all points that are finite."""
-    # A column at a time is several times as fast as all at once.
-    low = np.array([np.fmin.reduce(column) for column in xyz.T])
-    high = np.array([np.fmax.reduce(column) for column in xyz.T])
+    # A column by itself is many times as fast as all at once.
+    columns = np.ascontiguousarray(xyz.T)
+    low = np.array([np.fmin.reduce(column) for column in columns])
+    high = np.array([np.fmax.reduce(column) for column in columns])
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         known = xyz[np.isfinite(xyz).all(axis=1)]
         if not len(known):

@@ -68,24 +68,25 @@ impl Cloud {
     #[must_use]
     pub fn new(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Self {
         let threads = thread_count(threads);
-        let finite = |i: &usize| row(*i).iter().all(|v| v.is_finite());
+        let finite = |p: &Point| p.iter().all(|v| v.is_finite());
         let looks = map_chunks(count, CHUNK, threads, |range| {
             let mut kept = 0;
-            let rows = range.clone().filter(finite).inspect(|_| kept += 1);
-            (Bounds::of(rows.map(&row)), Part { range, kept })
+            let points = range.clone().map(&row).filter(finite).inspect(|_| kept += 1);
+            (Bounds::of(points), Part { range, kept })
         });
         let (bounds, parts): (Vec<_>, Vec<_>) = looks.into_iter().unzip();
         let bounds = Bounds::of(bounds.into_iter().flatten().flat_map(|b| [b.min, b.max]));
         let origin = bounds.map_or([0.0; 3], |b| b.min);
-        let place = |i: usize| centred(row(i), origin);
         Self {
             origin,
             extent_m: bounds.map_or([0.0; 3], |b| b.extent()),
-            points: gather(&parts, threads, |range| range.filter(finite).map(place)),
-            rows: parts
-                .iter()
-                .any(|part| part.kept < part.range.len())
-                .then(|| gather(&parts, threads, |range| range.filter(finite).map(|i| i as u32))),
+            points: gather(&parts, threads, |range| {
+                range.map(&row).filter(finite).map(move |p| centred(p, origin))
+            }),
+            rows: parts.iter().any(|part| part.kept < part.range.len()).then(|| {
+                let is_kept = |i: &usize| finite(&row(*i));
+                gather(&parts, threads, |range| range.filter(is_kept).map(|i| i as u32))
+            }),
         }
     }
 
@@ -98,7 +99,10 @@ impl Cloud {
             range.filter(|&i| row(i) == [0.0; 3]).count()
         });
         let zero = zeros.into_iter().sum();
-        let cloud = Self::new(count, threads, |i| blank(row(i)));
+        let cloud = match zero {
+            0 => Self::new(count, threads, row),
+            _ => Self::new(count, threads, |i| blank(row(i))),
+        };
         Seen { nonfinite: count - zero - cloud.points.len(), zero, cloud }
     }
 
