@@ -73,6 +73,7 @@ impl Input {
             ground: Base::ground(level, 0.01, 0.01),
             link_cells: u32::from(self.toe_cells % 3),
             fewest_cells: usize::from(self.ring_share % 5),
+            threads: 1 + usize::from(self.toe_cells % 2),
         }
     }
 }

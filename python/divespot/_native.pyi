@@ -191,7 +191,7 @@ def surface_base(
 ) -> RawBase: ...
 
 _Measuring: TypeAlias = tuple[
-    int, float, float, tuple[float, float, float], tuple[int, int], Sequence[RawBase | None]
+    int, float, float, tuple[float, float, float], tuple[int, int], Sequence[RawBase | None], int
 ]
 
 def measure_objects(

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         tuple[float, float, float],
         tuple[int, int],
         Sequence[_native.RawBase | None],
+        int,
     ]
 
 #: With a base as uncertain as this share of the volume, it does not suit the ground around.
@@ -211,7 +212,8 @@ def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
     ground, toe_cells = bases.ground, _steps(grid, settings.toe_m)
     level = (ground.height_m, ground.noise_m, ground.noise_m)
     things = (max(_steps(grid, settings.link_m) - 1, 0), settings.min_cluster_size)
-    return toe_cells, settings.ring_share, given(settings.margin_m), level, things, bases.raw()
+    lengths = toe_cells, settings.ring_share, given(settings.margin_m)
+    return *lengths, level, things, bases.raw(), settings.threads
 
 
 def describe(

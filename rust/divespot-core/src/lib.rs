@@ -42,7 +42,7 @@ pub use error::{Error, Result, memory_for};
 pub use ground_peak::{GroundRule, ground_height};
 pub use histogram::{HeightHistogram, height_histogram};
 pub use neighbors::radius_outlier_mask;
-pub use parallel::thread_count;
+pub use parallel::{both, thread_count};
 pub use survey::point_spacing;
 pub use voxel::{Voxels, voxel_downsample};
 

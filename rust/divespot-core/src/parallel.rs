@@ -43,6 +43,28 @@ pub(crate) fn map_chunks<T: Send>(
     done.into_iter().map(|(_, result)| result).collect()
 }
 
+/// Applies `job` to each of `items`, one at a time, as work that differs much from one to another.
+pub(crate) fn map_each<T: Sync, R: Send>(
+    items: &[T],
+    threads: usize,
+    job: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    map_chunks(items.len(), 1, threads, |range| job(&items[range.start]))
+}
+
+/// Does two jobs side by side.
+pub fn both<A: Send, B: Send>(
+    threads: usize,
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    let (mut first, mut second) = (None, None);
+    let jobs: [Box<dyn FnOnce() + Send + '_>; 2] =
+        [Box::new(|| first = Some(a())), Box::new(|| second = Some(b()))];
+    share(jobs.into_iter(), thread_count(threads), |job| job());
+    first.zip(second).unwrap_or_else(|| unreachable!("share does every job"))
+}
+
 /// Hands `out` to `job` in pieces of length `chunk`, each with the index of its first element.
 pub(crate) fn fill_chunks<T: Send>(
     out: &mut [T],

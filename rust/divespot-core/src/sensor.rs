@@ -6,7 +6,7 @@
 
 use crate::count::to_f64;
 use crate::nearest::Tree;
-use crate::parallel::map_chunks;
+use crate::parallel::{map_chunks, map_each};
 use crate::sample::sample;
 use crate::{Point, thread_count};
 
@@ -52,9 +52,9 @@ pub fn unevenness_of_rays(points: &[Point], from: Point, seed: u64, threads: usi
     }
     let plane: Vec<Point> = drawn.iter().map(|p| p.map(|v| v / p[axis])).collect();
     let plan: Vec<Point> = drawn.iter().map(|p| without(*p, axis)).collect();
-    let spread = |of: &[Point]| spread(of, threads);
-    let seen = spread(&rays).min(spread(&plane));
-    Some(seen / spread(&drawn).min(spread(&plan)).max(f64::MIN_POSITIVE))
+    let spreads = map_each(&[&rays, &plane, &drawn, &plan], threads, |points| spread(points));
+    let (seen, lies) = (spreads[0].min(spreads[1]), spreads[2].min(spreads[3]));
+    Some(seen / lies.max(f64::MIN_POSITIVE))
 }
 
 /// The coordinate axis nearest to the middle of a view; `None` where the points are in no view.
@@ -85,8 +85,8 @@ fn hidden_share(points: &[Point], rays: &[Point], threads: usize) -> f64 {
 }
 
 /// How many times wider, as a logarithm, the widest spacings are than the narrowest.
-fn spread(points: &[Point], threads: usize) -> f64 {
-    let spacings = around(points, NEIGHBOR, threads, |row, near| {
+fn spread(points: &[Point]) -> f64 {
+    let spacings = around(points, NEIGHBOR, 1, |row, near| {
         let farthest = near.last().map_or(0.0, |&k| distance(&points[row], &points[k as usize]));
         farthest.max(f64::MIN_POSITIVE).ln()
     });

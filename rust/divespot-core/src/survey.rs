@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::fixed::Fixed;
 use crate::moments::Moments;
 use crate::nearest::Tree;
-use crate::parallel::map_chunks;
+use crate::parallel::{both, map_chunks};
 use crate::sample::sample;
 use crate::{Bounds, Point, thread_count};
 
@@ -101,9 +101,9 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
         });
     }
     let threads = thread_count(threads);
-    let tree = Tree::new(points, LEAF, threads);
-    let fixed = Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), 32);
-    let asked = sample(points, SURVEYED, seed, threads);
+    let largest = || Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest());
+    let draw = || (Fixed::new(largest(), 32), sample(points, SURVEYED, seed, threads));
+    let (tree, (fixed, asked)) = both(threads, || Tree::new(points, LEAF, threads), draw);
     let look = |p: &Point| look(*p, &tree.nearest(p, NEIGHBORS), fixed);
     let parts = map_chunks(asked.len(), CHUNK, threads, |range| {
         asked[range].iter().map(look).collect::<Vec<_>>()

@@ -137,12 +137,13 @@ impl Map {
 }
 
 /// Steps of the toe, width of the ring by object size, margin, ground (height, noise, uncertainty),
-/// link and fewest cells of a thing, and the bases: the one in force, then those to compare; none of
-/// its own for a local one.
+/// link and fewest cells of a thing, the bases: the one in force, then those to compare, none of
+/// its own for a local one; and the number of threads.
 type Measuring<'py> =
-    (u32, f64, f64, (f64, f64, f64), (u32, usize), Vec<Option<PyRef<'py, RawBase>>>);
+    (u32, f64, f64, (f64, f64, f64), (u32, usize), Vec<Option<PyRef<'py, RawBase>>>, usize);
 
-fn settings((toe_cells, ring_share, margin_m, ground, things, bases): Measuring<'_>) -> Settings {
+fn settings(measuring: Measuring<'_>) -> Settings {
+    let (toe_cells, ring_share, margin_m, ground, things, bases, threads) = measuring;
     let (link_cells, fewest_cells) = things;
     let ground = Base::ground(ground.0, ground.1, ground.2);
     let mut bases = bases.into_iter().map(|base| base.map(|base| base.0.clone()));
@@ -156,6 +157,7 @@ fn settings((toe_cells, ring_share, margin_m, ground, things, bases): Measuring<
         ground,
         link_cells,
         fewest_cells,
+        threads,
     }
 }
 
@@ -202,12 +204,17 @@ fn found(
 ) -> PyResult<Found> {
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground: Vec<bool> = ground.as_array().iter().copied().collect();
-    let on = is_on.as_array();
-    let all = points.as_slice()?.as_chunks::<3>().0.iter().zip(on);
-    let part = |on: bool| all.clone().filter(move |(_, is)| **is == on).map(|(p, _)| *p).collect();
-    let apart = is_apart.as_array();
-    let apart = apart.iter().zip(on).filter(|(_, on)| !**on).map(|(apart, _)| *apart).collect();
-    Ok(Found { labels, ground, surface: part(true), loose: part(false), apart })
+    let all = points.as_slice()?.as_chunks::<3>().0;
+    let (mut surface, mut loose, mut apart) = (Vec::with_capacity(all.len()), vec![], vec![]);
+    for ((p, is_on), is_apart) in all.iter().zip(is_on.as_array()).zip(is_apart.as_array()) {
+        if *is_on {
+            surface.push(*p);
+        } else {
+            loose.push(*p);
+            apart.push(*is_apart);
+        }
+    }
+    Ok(Found { labels, ground, surface, loose, apart })
 }
 
 /// Heights, points in each cell, and points off the surface.

@@ -27,7 +27,8 @@ pub(crate) fn mark(grid: &Grid, found: &Found, objects: &mut [Object]) {
         let mut high_m = vec![f64::NAN; grid.len()];
         object.covers_m.iter().for_each(|p| high_m[grid.cell(p)] = p[2]);
         let above_m = |p: &[f64; 3]| p[2] - object.base.at([p[0], p[1]]);
-        let below = surface.iter().filter(|(cell, p)| above_m(p) < LOWER * high_m[*cell]).count();
+        let own_surface = surface.iter().filter(|(cell, _)| !high_m[*cell].is_nan());
+        let below = own_surface.filter(|(cell, p)| above_m(p) < LOWER * high_m[*cell]).count();
         let own = loose.iter().filter(|(cell, _)| !high_m[*cell].is_nan()).count();
         if below as f64 > BELOW * own as f64 {
             object.reason = Some(Reason::Floating);

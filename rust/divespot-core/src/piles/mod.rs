@@ -55,6 +55,8 @@ use crate::cancel::Polled;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
+use crate::parallel::map_each;
+use crate::thread_count;
 pub(crate) use hidden::beyond;
 use object::{object, why_no_pile};
 use patch::{Patch, Reach, Scene};
@@ -85,6 +87,8 @@ pub struct Settings {
     pub link_cells: u32,
     /// A thing of fewer cells is none.
     pub fewest_cells: usize,
+    /// 0 takes every core that the process may use.
+    pub threads: usize,
 }
 
 /// Measures every object in a levelled height map, and the things off its surface.
@@ -104,13 +108,17 @@ pub fn measure(
     if found.labels.len() != grid.len() || found.ground.len() != grid.len() {
         return Err(Error::Degenerate("one label for each cell is needed"));
     }
-    let mut objects = measured(grid, heights_m, found, settings)?;
     if found.loose.is_empty() {
+        let mut objects = measured(grid, heights_m, found, settings)?;
         shadow::mark(grid, heights_m, heights_m, &mut objects);
         return Ok(objects);
     }
     let things = Things::of(grid, heights_m, found, settings);
-    objects.extend(things.measured(settings)?);
+    let parts = map_each(&[false, true], thread_count(settings.threads), |&off| match off {
+        false => measured(grid, heights_m, found, settings),
+        true => things.measured(settings),
+    });
+    let mut objects = parts.into_iter().collect::<Result<Vec<_>>>()?.concat();
     shadow::mark(grid, heights_m, &things.with_things_m, &mut objects);
     Ok(objects)
 }
@@ -128,19 +136,38 @@ fn measured(
     if settings.toe_cells == 0 {
         return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
-    let labels = clear_of_ground(&scene, &found.labels, &whole, settings);
-    let found = patches(&scene, &labels, &around, settings);
-    let labels = with_flanks(&scene, &labels, &found, settings);
-    let whole: BTreeMap<i32, Patch> =
-        patches(&scene, &labels, &around, settings).into_iter().collect();
-    let pairs = found.into_iter().filter_map(|(n, found)| Some((n, found, whole.get(&n)?.clone())));
-    let alone = pairs.flat_map(|(n, found, whole)| {
-        alone::alone(found, whole, &scene, settings).into_iter().map(move |pair| (n, pair))
-    });
-    let mut objects: Vec<Object> =
-        alone.map(|(n, (found, whole))| object(n, &found, &whole, settings)).collect();
+    let bases = bases(&whole, &planes(&whole, settings), settings);
+    let labels = clear_of_ground(&scene, &found.labels, &bases, settings);
+    let alone = |(n, found, whole): &(i32, Patch, Patch)| -> Vec<Object> {
+        let parts = alone::alone(found.clone(), whole.clone(), &scene, settings);
+        parts.iter().map(|(found, whole)| object(*n, found, whole, settings)).collect()
+    };
+    let pairs = with_their_flanks(&scene, &labels, &around, settings);
+    let mut objects = map_each(&pairs, thread_count(settings.threads), alone).concat();
     clear::mark(&mut objects, settings);
     Ok(objects)
+}
+
+/// The objects, each as it was found and as a whole with its flanks.
+fn with_their_flanks(
+    scene: &Scene<'_>,
+    labels: &[i32],
+    around: &Around<'_>,
+    settings: &Settings,
+) -> Vec<(i32, Patch, Patch)> {
+    let found = patches(scene, labels, around, settings);
+    let planes = planes(&found, settings);
+    let flanked = with_flanks(scene, labels, &found, &planes, settings);
+    if flanked == labels {
+        let pair = |((n, found), plane): ((i32, Patch), _)| {
+            let whole = found.clone().with_plane(plane);
+            (n, found, whole)
+        };
+        return found.into_iter().zip(planes).map(pair).collect();
+    }
+    let mut whole: BTreeMap<i32, Patch> =
+        patches(scene, &flanked, around, settings).into_iter().collect();
+    found.into_iter().filter_map(|(n, found)| Some((n, found, whole.remove(&n)?))).collect()
 }
 
 /// The base below every cell that was measured, NaN elsewhere.
@@ -155,10 +182,9 @@ pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
 fn clear_of_ground(
     scene: &Scene<'_>,
     labels: &[i32],
-    whole: &[(i32, Patch)],
+    bases: &BTreeMap<i32, Base>,
     settings: &Settings,
 ) -> Vec<i32> {
-    let bases = bases(whole, settings);
     let clear = |(cell, &label): (usize, &i32)| {
         let base = bases.get(&label)?;
         let above_m = scene.heights_m[cell] - base.at(scene.grid.center(cell));
@@ -167,11 +193,19 @@ fn clear_of_ground(
     labels.iter().enumerate().polled().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
 }
 
-/// The plane of the ground around each object.
-fn bases(patches: &[(i32, Patch)], settings: &Settings) -> BTreeMap<i32, Base> {
-    let ground = || settings.ground.clone();
-    let local = |patch: &Patch| ring_plane(patch).map_or_else(ground, |(base, _)| base);
-    patches.iter().map(|(n, patch)| (*n, local(patch))).collect()
+/// The plane of the ground around each object; `None` where the ring says nothing.
+fn planes(patches: &[(i32, Patch)], settings: &Settings) -> Vec<Option<Base>> {
+    let plane = |(_, patch): &(i32, Patch)| ring_plane(patch).map(|(plane, _)| plane);
+    map_each(patches, thread_count(settings.threads), plane)
+}
+
+fn bases(
+    patches: &[(i32, Patch)],
+    planes: &[Option<Base>],
+    settings: &Settings,
+) -> BTreeMap<i32, Base> {
+    let base = |plane: &Option<Base>| plane.clone().unwrap_or_else(|| settings.ground.clone());
+    patches.iter().zip(planes).map(|((n, _), plane)| (*n, base(plane))).collect()
 }
 
 /// The labels, and with them the hidden cells over which each pile runs down to the ground.
@@ -179,9 +213,10 @@ fn with_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
     found: &[(i32, Patch)],
+    planes: &[Option<Base>],
     settings: &Settings,
 ) -> Vec<i32> {
-    let mut bases = bases(found, settings);
+    let mut bases = bases(found, planes, settings);
     // Only a pile stands at an angle of repose.
     for (n, patch) in found {
         if why_no_pile(patch, &bases[n], settings).is_some() {

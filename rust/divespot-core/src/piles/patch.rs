@@ -169,6 +169,11 @@ impl Patch {
         }
     }
 
+    /// The patch with the plane through its ring.
+    pub(crate) fn with_plane(self, plane: Option<Base>) -> Self {
+        Self { plane, ..self }
+    }
+
     /// Lets only a part of each cell count, by the cell's middle.
     pub(crate) fn count_parts(&mut self, part: impl Fn([f64; 2]) -> Part) {
         let cells = 0..self.zones.len();

@@ -45,6 +45,7 @@ pub(crate) fn settings() -> Settings {
         ground,
         link_cells: 1,
         fewest_cells: 20,
+        threads: 1,
     }
 }
 

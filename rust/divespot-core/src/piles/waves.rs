@@ -67,6 +67,8 @@ pub(crate) struct Waves<'a> {
     line: Option<Line>,
     low_m: [f64; 2],
     side_m: f64,
+    /// Half waves along x and y of each cosine.
+    modes: Vec<(usize, usize)>,
 }
 
 /// The normal equations, which are the same for all fields.
@@ -101,7 +103,7 @@ impl<'a> Waves<'a> {
         let span = [0, 1].map(|k| high(k) - low(k));
         let side_m = WIDER * span[0].max(span[1]).max(footprint.size_m);
         let low_m = [0, 1].map(|k| low(k) - 0.5 * (side_m - span[k]));
-        Self { nodes, footprint, tilted, line, low_m, side_m }
+        Self { nodes, footprint, tilted, line, low_m, side_m, modes: modes().collect() }
     }
 
     /// What is to be expected; `None` where too little was seen to say anything.
@@ -160,17 +162,22 @@ impl<'a> Waves<'a> {
             let beyond = line.beyond(p[0], p[1]);
             columns.extend([f64::from(beyond > 0.0), beyond.max(0.0) / self.footprint.size_m]);
         }
+        columns.extend(self.waves(p));
+        columns
+    }
+
+    /// The cosines at a place.
+    fn waves(&self, p: [f64; 2]) -> impl Iterator<Item = f64> {
         let turns = [0, 1].map(|k| (PI * (p[k] - self.low_m[k]) / self.side_m).cos());
         let [x, y] = turns.map(cosines);
-        columns.extend(modes().map(|(j, k)| x[j] * y[k]));
-        columns
+        self.modes.iter().map(move |&(j, k)| x[j] * y[k])
     }
 
     /// Variances of the columns' amplitudes, in those of a node's noise.
     fn prior(&self, length: f64, swell: f64, seams: f64) -> DVector<f64> {
         let side = self.side_m / self.footprint.size_m;
         let mut variances = vec![UNKNOWN; self.fields()];
-        variances.extend(modes().map(|(j, k)| {
+        variances.extend(self.modes.iter().map(|&(j, k)| {
             let number = PI / side * to_f64(j * j + k * k).sqrt();
             let wave = swell * length * length * (-0.5 * (length * number).powi(2)).exp();
             let both = if j > 0 && k > 0 { 4.0 } else { 2.0 };
@@ -191,10 +198,8 @@ impl<'a> Waves<'a> {
         let variance = mean(&|c| c.variance_m2 + (c.mean_m - mean_m).powi(2));
         let amplitude = |i: usize| mean(&|c| c.amplitudes[i]);
         let fields = self.fields();
-        let waves: Vec<f64> = (fields..fields + modes().count()).map(amplitude).collect();
-        let height = |p: [f64; 2]| {
-            self.columns(p)[fields..].iter().zip(&waves).map(|(value, wave)| value * wave).sum()
-        };
+        let waves: Vec<f64> = (fields..fields + self.modes.len()).map(amplitude).collect();
+        let height = |p| self.waves(p).zip(&waves).map(|(value, wave)| value * wave).sum();
         let slope = self.slope();
         Some(Expected {
             level_m: amplitude(0),
