@@ -63,7 +63,7 @@ def kernels(points: NDArray[np.float64]) -> dict[str, Callable[[], Any]]:
         "survey": lambda: divespot.survey(points),
         "voxel_downsample": lambda: divespot.voxel_downsample(points, 1e-4),
         "inside": lambda: _native.inside([corners], points[:, :2].copy()),
-        "hills": lambda: _native.hills(grid.heights_m, 0.05),
+        "hills": lambda: _native.hills(grid.heights_m, 0.05, with_holes=True, threads=0),
     }
 
 

@@ -73,7 +73,8 @@ def _shuffled(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
 
 def _on_surface(points: Floats, threads: int) -> NDArray[np.bool_]:
     anywhere = False
-    return _native.surface_points(points, 0.02, 0.001, anywhere, threads)
+    is_on, _ = _native.surface_and_voxels(points, 0.02, 0.001, anywhere, 0.05, threads)
+    return is_on
 
 
 def test_neither_order_nor_threads_change_what_lies_on_the_surface() -> None:

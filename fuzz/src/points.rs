@@ -2,7 +2,6 @@
 
 use arbitrary::Arbitrary;
 use divespot_core::strays::surface_mask;
-use divespot_core::voxel::voxel_rows;
 use divespot_core::{radius_outlier_mask, sensor, survey, voxel_downsample};
 
 use crate::{Number, Points};
@@ -29,9 +28,7 @@ impl Input {
         if let Ok(voxels) = voxel_downsample(points, length_m, threads) {
             assert_eq!(voxels.counts.iter().sum::<u32>() as usize, points.len());
             assert!(voxels.means.iter().flatten().all(|v| v.is_finite()));
-            if let Ok(rows) = voxel_rows(points, &voxels, length_m, threads) {
-                assert_eq!(rows.len(), points.len());
-            }
+            assert_eq!(voxels.rows.len(), points.len());
         }
         if let Ok(found) = survey::survey(points, self.seed, threads) {
             assert!(found.spacing_m.is_finite() && found.roughness_m.is_finite());

@@ -29,13 +29,12 @@ __all__ = [
     "rotate",
     "rotation_to_z",
     "seen",
+    "surface_and_voxels",
     "surface_base",
     "surface_mask",
-    "surface_points",
     "survey",
     "unevenness_of_rays",
     "voxel_downsample",
-    "voxels",
 ]
 
 __version__: Final[str]
@@ -55,16 +54,24 @@ def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
-def surface_points(
-    points: NDArray[Any], cell_m: float, noise_m: float, anywhere: bool, threads: int
-) -> NDArray[np.bool_]: ...
+
+Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
+
+def surface_and_voxels(
+    points: NDArray[Any],
+    cell_m: float,
+    noise_m: float,
+    anywhere: bool,
+    voxel_m: float,
+    threads: int,
+) -> tuple[NDArray[np.bool_], Voxels]: ...
+
+Hills: TypeAlias = tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]
+
 def hills(
-    heights_m: NDArray[np.float64], cell_m: float
-) -> tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]: ...
+    heights_m: NDArray[np.float64], cell_m: float, with_holes: bool, threads: int
+) -> list[Hills]: ...
 def voxel_downsample(
-    points: NDArray[Any], voxel_m: float, threads: int
-) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
-def voxels(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
 def height_histogram(

@@ -38,6 +38,9 @@ class GroundLevel:
         None where objects are told from the ground by their height alone.
     is_ground
         Shape ``(rows * columns,)``: whether a cell is ground; None as `hills`.
+    upside_down
+        The same of the surface turned upside down, the hills of which are holes; None where no
+        holes are wanted.
 
     """
 
@@ -46,6 +49,7 @@ class GroundLevel:
     surface_m: NDArray[np.float64]
     hills: NDArray[np.int32] | None = None
     is_ground: NDArray[np.bool_] | None = None
+    upside_down: GroundLevel | None = None
 
 
 def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[GroundLevel, Settings]:
@@ -61,30 +65,43 @@ def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[Grou
     if settings.ground_form == "level":
         ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
     else:
-        ground = surface_level(grid, height, scan)
+        ground = _surface_level(grid, height, scan, settings)
         if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
             raise DivespotError(NO_GROUND)
     return ground, settings.grounded(ground.noise_m)
 
 
-def surface_level(grid: HeightMap, height_m: float, scan: Survey) -> GroundLevel:
+def _surface_level(
+    grid: HeightMap, height_m: float, scan: Survey, settings: Settings
+) -> GroundLevel:
     """Return a gentle surface through the ground and beneath what stands on it.
 
     Hills are found on cells as wide as those that were walked: facets of a triangulated surface
-    are smooth, whatever its noise.
+    are smooth, whatever its noise. What was dug out below a base that was given, or inside an
+    outline, is no hole in the ground.
     """
     rows, columns = grid.heights_m.shape
     by = max(1, round(WALKED * scan.spacing_m / grid.cell_m))
     heights_m = _blocks(grid.heights_m, by)
-    hills, is_ground, surface_m, noise_m = _native.hills(heights_m, by * grid.cell_m)
+
+    with_holes = settings.base == "local" and settings.outline is None
+    found = _native.hills(heights_m, by * grid.cell_m, with_holes, settings.threads)
 
     def fine(values: NDArray[Any]) -> NDArray[Any]:
         blocks = values.reshape(heights_m.shape).repeat(by, axis=0).repeat(by, axis=1)
         return np.ascontiguousarray(blocks[:rows, :columns])
 
-    return GroundLevel(
-        height_m, noise_m, fine(surface_m), fine(hills).ravel(), fine(is_ground).ravel()
-    )
+    def level(
+        height_m: float, hills: _native.Hills, upside_down: GroundLevel | None
+    ) -> GroundLevel:
+        labels, is_ground, surface_m, noise_m = hills
+        fine_labels, fine_ground = fine(labels).ravel(), fine(is_ground).ravel()
+        return GroundLevel(
+            height_m, noise_m, fine(surface_m), fine_labels, fine_ground, upside_down
+        )
+
+    upside_down = level(-height_m, found[1], None) if with_holes else None
+    return level(height_m, found[0], upside_down)
 
 
 def _blocks(heights_m: NDArray[np.float64], by: int) -> NDArray[np.float64]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot.ground_level import surface_level
 from divespot.objects import Measured, measuring
 
 if TYPE_CHECKING:
@@ -17,25 +16,15 @@ if TYPE_CHECKING:
     from divespot.bases import Bases
     from divespot.grid import HeightMap
     from divespot.settings import Settings
-    from divespot.spacing import Survey
 
 #: What is called so upside down is no hole either.
 NONE = ("not clear of the ground", "thin")
 
 
-def with_holes(
-    measured: Measured, grid: HeightMap, bases: Bases, scan: Survey, settings: Settings
-) -> Measured:
-    """Add the holes, with negative volumes, to the objects that stand on the ground around them.
-
-    What was dug out below a base that was given is no hole in the ground.
-    """
-    hills = bases.ground.hills
-    if hills is None or settings.base != "local":
-        return measured
-    upside_down = dataclasses.replace(grid, heights_m=-grid.heights_m)
-    below = surface_level(upside_down, -bases.ground.height_m, scan)
-    if below.hills is None or below.is_ground is None:
+def with_holes(measured: Measured, grid: HeightMap, bases: Bases, settings: Settings) -> Measured:
+    """Add the holes, with negative volumes, to the objects that stand on the ground around them."""
+    hills, below = bases.ground.hills, bases.ground.upside_down
+    if hills is None or below is None or below.hills is None or below.is_ground is None:
         return measured
     labels = _clear_of(hills, below.hills)
     if not np.any(labels >= 0):
@@ -43,7 +32,7 @@ def with_holes(
     nowhere = np.empty((0, 3)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.bool_)
     own = dataclasses.replace(bases, ground=below, compared={})
     found, _ = _native.measure_objects(
-        upside_down.heights_m,
+        -grid.heights_m,
         grid.origin_m,
         grid.cell_m,
         labels,

@@ -103,7 +103,7 @@ def measure(
     else:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
-        measured = run("holes", with_holes, measured, grid, bases, scan, s)
+        measured = run("holes", with_holes, measured, grid, bases, s)
     measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, Rounding.of(cloud, pose, scan), s)
     base_m = whole_base(grid, bases, measured.base_m, s)

@@ -77,10 +77,13 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     anywhere = not needs_ground(settings)
-    is_on = _native.surface_points(points, cell_m, scan.roughness_m, anywhere, settings.threads)
+    voxel_m = THINNED * scan.spacing_m
+    is_on, voxels = _native.surface_and_voxels(
+        points, cell_m, scan.roughness_m, anywhere, voxel_m, settings.threads
+    )
     if anywhere and _cells(points[is_on], cell_m) < WALKABLE * _cells(points, cell_m):
         return Surface(points, ~nothing, nothing)
-    is_apart = _apart(points, is_on, scan, settings)
+    is_apart = _apart(is_on, voxels, settings)
     is_on &= ~is_apart
     if not is_on.any():
         raise DivespotError(NO_GROUND)
@@ -88,7 +91,7 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
 
 
 def _apart(
-    points: NDArray[np.float64], is_on: NDArray[np.bool_], scan: Survey, settings: Settings
+    is_on: NDArray[np.bool_], voxels: _native.Voxels, settings: Settings
 ) -> NDArray[np.bool_]:
     """Return which points are of clusters apart from the ground's (Algorithm 1, line 18).
 
@@ -96,12 +99,13 @@ def _apart(
     much: of a hovering body it took a few points along at most, where that comes near the surface.
     What is noise is left to the walk.
     """
-    thin, voxel = _native.voxels(points, THINNED * scan.spacing_m, settings.threads)
-    cluster = find_clusters(thin, settings.radius_m, settings)[voxel] + 1
-    reached = np.bincount(cluster, is_on)
-    apart = reached < MUCH * np.minimum(np.bincount(cluster), is_on.sum())
+    thin, counts, voxel = voxels
+    cluster = find_clusters(thin, settings.radius_m, settings) + 1
+    reached = np.bincount(cluster, np.bincount(voxel[is_on], minlength=len(thin)))
+    held = np.bincount(cluster, counts)
+    apart = reached < MUCH * np.minimum(held, is_on.sum())
     apart[0] = False
-    return np.asarray(apart[cluster])
+    return np.asarray(apart[cluster][voxel])
 
 
 def _cells(points: NDArray[np.float64], cell_m: float) -> int:

@@ -40,9 +40,9 @@ mod _native {
     #[pymodule_export]
     use crate::polygon::{first_crossing, inside};
     #[pymodule_export]
-    use crate::surface::{hills, surface_points};
+    use crate::surface::{hills, surface_and_voxels};
     #[pymodule_export]
-    use crate::voxel::{voxel_downsample, voxels};
+    use crate::voxel::voxel_downsample;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)] // the name that Python knows

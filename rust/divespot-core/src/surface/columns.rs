@@ -31,12 +31,12 @@ impl Columns {
     pub(crate) fn of(points: &[Point], grid: Grid) -> Self {
         let cells: Vec<u32> = points.iter().polled().map(|p| grid.cell(p) as u32).collect();
         let start = starts(&cells, grid.len());
-        let mut rows = dealt(&cells, &start);
+        let mut dealt = dealt(points, &cells, &start);
         for cell in start.windows(2).polled() {
-            let column = &mut rows[cell[0] as usize..cell[1] as usize];
-            column.sort_unstable_by(|&a, &b| higher(points, a, b));
+            let column = &mut dealt[cell[0] as usize..cell[1] as usize];
+            column.sort_unstable_by(|a, b| higher(points, a, b));
         }
-        let heights_m = rows.iter().polled().map(|&row| points[row as usize][2]).collect();
+        let (heights_m, rows) = dealt.into_iter().unzip();
         Self { grid, start, rows, heights_m }
     }
 
@@ -137,19 +137,20 @@ fn starts(cells: &[u32], count: usize) -> Vec<u32> {
     start
 }
 
-fn dealt(cells: &[u32], start: &[u32]) -> Vec<u32> {
-    let (mut next, mut rows) = (start.to_vec(), vec![0; cells.len()]);
-    for (row, &cell) in (0..).zip(cells).polled() {
-        rows[next[cell as usize] as usize] = row;
+/// The height and row of each point, cell by cell.
+fn dealt(points: &[Point], cells: &[u32], start: &[u32]) -> Vec<(f64, u32)> {
+    let (mut next, mut dealt) = (start.to_vec(), vec![(0.0, 0); cells.len()]);
+    for ((row, p), &cell) in (0..).zip(points).zip(cells).polled() {
+        dealt[next[cell as usize] as usize] = (p[2], row);
         next[cell as usize] += 1;
     }
-    rows
+    dealt
 }
 
 /// Points in ascending order of height; those of one height in an order that is their own.
-fn higher(points: &[Point], a: u32, b: u32) -> std::cmp::Ordering {
-    let (p, q) = (&points[a as usize], &points[b as usize]);
-    p[2].total_cmp(&q[2]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]))
+fn higher(points: &[Point], a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
+    let (p, q) = (&points[a.1 as usize], &points[b.1 as usize]);
+    a.0.total_cmp(&b.0).then_with(|| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])))
 }
 
 #[cfg(test)]

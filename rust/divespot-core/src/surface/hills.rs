@@ -9,9 +9,11 @@ use crate::error::{Error, Result};
 use crate::film::{Node, relax};
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
+use crate::parallel::map_each;
 use crate::piles::{EIGHT, NOBODY, beyond};
 use crate::slopes::Slopes;
 use crate::terrain::{Terrain, terrain};
+use crate::thread_count;
 
 use super::levels::{Levels, NONE};
 
@@ -62,6 +64,19 @@ pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
     }
 }
 
+/// Finds the hills of a surface, and its holes: the hills of the same surface upside down.
+///
+/// `threads` = 0 takes every core that the process may use.
+///
+/// # Errors
+///
+/// As [`hills`].
+pub fn hills_and_holes(grid: &Grid, heights_m: &[f64], threads: usize) -> Result<Vec<Hills>> {
+    let below: Vec<f64> = heights_m.iter().map(|h| -h).collect();
+    let ways = [heights_m, &below];
+    map_each(&ways, thread_count(threads), |heights_m| hills(grid, heights_m)).into_iter().collect()
+}
+
 /// The heights with what was not seen between them crossed as a soap film would.
 fn filled(grid: &Grid, heights_m: &[f64], beyond: &[bool]) -> Vec<f64> {
     let mut filled = heights_m.to_vec();
@@ -90,13 +105,13 @@ fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
 
 /// The cells from the highest down.
 fn downhill(heights_m: &[f64], beyond: &[bool]) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..heights_m.len() as u32)
-        .filter(|&c| !beyond[c as usize] && !heights_m[c as usize].is_nan())
+    let cells = (0..).zip(heights_m).zip(beyond);
+    let mut order: Vec<(u32, f64)> = cells
+        .filter(|((_, h), beyond)| !**beyond && !h.is_nan())
+        .map(|((c, h), _)| (c, *h))
         .collect();
-    order.sort_unstable_by(|&a, &b| {
-        heights_m[b as usize].total_cmp(&heights_m[a as usize]).then(a.cmp(&b))
-    });
-    order
+    order.sort_unstable_by(|(a, p), (b, q)| q.total_cmp(p).then(a.cmp(b)));
+    order.into_iter().map(|(cell, _)| cell).collect()
 }
 
 /// The parts, not ground as yet, above which there is ground.
@@ -153,11 +168,14 @@ impl Around {
 }
 
 impl Relief<'_> {
-    /// How far one cell rises above another beyond what could be walked.
+    /// Whether one cell rises above its neighbour beyond what could be walked.
     fn cliff(&self, from: usize, to: usize) -> bool {
+        let rise = self.heights_m[to] - self.heights_m[from];
+        if rise <= SIGMAS * self.noise_m {
+            return false; // nearly everywhere, and much sooner known
+        }
         let ([x, y], [u, v]) = (self.grid.center(from), self.grid.center(to));
-        let most = NEVER_STEEPER * (u - x).hypot(v - y) + SIGMAS * self.noise_m;
-        self.heights_m[to] - self.heights_m[from] > most
+        rise > NEVER_STEEPER * (u - x).hypot(v - y) + SIGMAS * self.noise_m
     }
 
     /// Uphill goes the walk to the highest cell around. Up a cliff it goes from a face alone, that

@@ -8,7 +8,7 @@ mod hills;
 mod levels;
 mod walk;
 
-pub use hills::{Hills, hills};
+pub use hills::{Hills, hills, hills_and_holes};
 
 use columns::Columns;
 use levels::{Levels, NONE};

@@ -68,7 +68,13 @@ pub(super) fn voxels(points: &[Point], grid: &Grid, threads: usize) -> Option<Vo
     }
     let (items, words) = mark(points, *grid, layout, words as usize, threads);
     let count = words.last().map_or(0, |last| last.rank(63) + (last.bits >> 63) as usize);
-    let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count] };
+    let mut rows = vec![0; points.len()];
+    fill_chunks(&mut rows, CHUNK, threads, |first, piece| {
+        for (row, item) in piece.iter_mut().zip(&items[first..]) {
+            *row = words[(item.bit / 64) as usize].rank(item.bit % 64) as u32;
+        }
+    });
+    let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count], rows };
     let slabs = slabs(&words, &mut voxels, threads);
     share(slabs.into_iter(), threads, |slab| slab.fill(&items, &words, grid, &layout));
     Some(voxels)

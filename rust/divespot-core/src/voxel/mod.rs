@@ -5,11 +5,7 @@ mod sparse;
 
 use crate::error::positive;
 use crate::fixed::Fixed;
-use crate::parallel::map_chunks;
 use crate::{Bounds, Error, Point, Result, thread_count};
-
-/// Points that a thread takes at a time.
-const CHUNK: usize = 1 << 14;
 
 /// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
 ///
@@ -28,6 +24,8 @@ pub struct Voxels {
     pub means: Vec<Point>,
     /// How many points each voxel holds.
     pub counts: Vec<u32>,
+    /// The voxel that each point lies in.
+    pub rows: Vec<u32>,
 }
 
 /// The mean of the points in each occupied cube of edge `voxel_m` (paper, Pre-process 3).
@@ -47,31 +45,6 @@ pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Resul
     let grid = Grid::new(&bounds, voxel_m)?;
     Ok(dense::voxels(points, &grid, threads)
         .unwrap_or_else(|| sparse::voxels(points, &grid, threads)))
-}
-
-/// The voxel that each point lies in, by its place among the means of [`voxel_downsample`].
-///
-/// # Errors
-/// As [`voxel_downsample`].
-pub fn voxel_rows(
-    points: &[Point],
-    voxels: &Voxels,
-    voxel_m: f64,
-    threads: usize,
-) -> Result<Vec<u32>> {
-    positive("voxel_m", voxel_m)?;
-    let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Vec::new()) };
-    let grid = Grid::new(&bounds, voxel_m)?;
-    let key = |p: &Point| {
-        let [x, y, z] = grid.cell(p);
-        [z, y, x]
-    };
-    let keys: Vec<[u64; 3]> = voxels.means.iter().map(key).collect();
-    let row = |p: &Point| keys.partition_point(|k| *k < key(p)) as u32;
-    let parts = map_chunks(points.len(), CHUNK, thread_count(threads), |range| {
-        points[range].iter().map(row).collect::<Vec<_>>()
-    });
-    Ok(parts.concat())
 }
 
 /// The cubes over a box.
@@ -186,9 +159,22 @@ mod tests {
     fn order_and_threads_do_not_count() {
         for voxel in [0.2, 1e-12] {
             let mut points = cloud(20_000, 2.0);
-            let expected = voxel_downsample(&points, voxel, 1);
+            let expected = voxel_downsample(&points, voxel, 1).unwrap();
             points.sort_by_key(|p| p[2].to_bits());
-            assert_eq!(voxel_downsample(&points, voxel, 3), expected);
+            let found = voxel_downsample(&points, voxel, 3).unwrap();
+            assert_eq!((found.means, found.counts), (expected.means, expected.counts));
+        }
+    }
+
+    #[test]
+    fn each_point_lies_in_its_voxel() {
+        for voxel in [0.2, 1e-12] {
+            let points = cloud(5000, 2.0);
+            let voxels = voxel_downsample(&points, voxel, 2).unwrap();
+            for (p, &row) in points.iter().zip(&voxels.rows) {
+                let mean = voxels.means[row as usize];
+                assert!((0..3).all(|k| (p[k] - mean[k]).abs() <= voxel), "{p:?} {mean:?}");
+            }
         }
     }
 

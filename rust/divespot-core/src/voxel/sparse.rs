@@ -16,7 +16,11 @@ pub(super) fn voxels(points: &[Point], grid: &Grid, threads: usize) -> Voxels {
         voxels[range].iter().map(|rows| mean(points, grid, rows)).collect::<Vec<_>>()
     });
     let (means, counts) = sums.into_iter().flatten().unzip();
-    Voxels { means, counts }
+    let mut rows = vec![0; points.len()];
+    for (voxel, held) in (0..).zip(&voxels) {
+        held.iter().for_each(|keyed| rows[keyed.row as usize] = voxel);
+    }
+    Voxels { means, counts, rows }
 }
 
 /// The rows with a key per voxel, sorted by z, y, x of their cells.
