@@ -76,7 +76,7 @@ impl<'a> Shadows<'a> {
         let unseen: Vec<bool> =
             heights_m.iter().zip(beyond).map(|(h, b)| h.is_nan() && !b).collect();
         let mut shadows = Self { grid, region: vec![None; grid.len()] };
-        for first in 0..grid.len() {
+        for first in (0..grid.len()).filter(|&cell| unseen[cell]) {
             shadows.spread(first, &unseen);
         }
         shadows
