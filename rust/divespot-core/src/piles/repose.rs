@@ -1,12 +1,14 @@
 //! The angle at which a pile stands, taken from its own flanks.
 
+use std::ops::Range;
+
 use crate::cancel::Polled;
 use crate::heightmap::Grid;
+use crate::material::{FLATTEST, STEEPEST_POURED};
 use crate::robust::{median, scale};
 
-/// Tangents of the flattest and steepest slopes that are taken for a flank: below lie tops and
-/// valleys, above edges between two surfaces.
-const FLANK: (f64, f64) = (0.268, 1.2);
+/// Slopes that are taken for a flank: below lie tops and valleys, above edges between two surfaces.
+const FLANK: Range<f64> = FLATTEST..STEEPEST_POURED;
 /// With fewer flank cells a pile says nothing of its own angle.
 const FEWEST: usize = 30;
 /// Slopes are taken over squares of this share of the pile's edge: more of it would round off the
@@ -32,7 +34,7 @@ impl Repose {
         let reach = (SHARE * (cells.len() as f64).sqrt()).round().max(1.0) as usize;
         let band = Band::around(grid, cells, reach, height);
         let slopes = cells.iter().polled().map(|&cell| band.slope(cell, reach));
-        let flanks: Vec<f64> = slopes.filter(|s| (FLANK.0..FLANK.1).contains(s)).collect();
+        let flanks: Vec<f64> = slopes.filter(|s| FLANK.contains(s)).collect();
         if flanks.len() < FEWEST {
             return Self::ANY;
         }
@@ -43,7 +45,7 @@ impl Repose {
 
     /// The slope if it were `times` its uncertainty steeper.
     pub(crate) fn steeper(self, times: f64) -> f64 {
-        (self.slope + times * self.u_slope).max(FLANK.0)
+        (self.slope + times * self.u_slope).max(FLATTEST)
     }
 }
 

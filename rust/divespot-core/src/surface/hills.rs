@@ -5,12 +5,13 @@
 //! not a top. A hole is the same thing downwards.
 
 use crate::cancel::Polled;
+use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::film::{Node, relax};
 use crate::heightmap::Grid;
-use crate::material::NEVER_STEEPER;
+use crate::material::{NEVER_STEEPER, STEEPEST_POURED};
 use crate::parallel::map_each;
-use crate::piles::{EIGHT, NOBODY, beyond};
+use crate::piles::{EIGHT, FOUR, NOBODY, beyond};
 use crate::slopes::Slopes;
 use crate::terrain::{Terrain, terrain};
 use crate::thread_count;
@@ -21,6 +22,8 @@ use super::levels::{Levels, NONE};
 /// noise, or this share of a cell, is none.
 const SIGMAS: f64 = 8.0;
 const CELLS: f64 = 0.25;
+/// How steep a face is is told over so many cells.
+const FACE: usize = 3;
 
 /// What stands on the ground.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +53,9 @@ pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
     let order = downhill(&smooth, &beyond);
     let relief = Relief { grid, heights_m: &filled, smooth_m: &smooth, noise_m: slopes.noise_m };
     let prominence_m = (SIGMAS * slopes.noise_m).max(CELLS * grid.cell_m);
-    let mut is_ground: Vec<bool> = levels.edges.iter().map(|edge| edge.is_ground()).collect();
+    let largest = levels.edges.iter().map(|edge| edge.cells).max().unwrap_or(0);
+    let mut is_ground: Vec<bool> =
+        levels.edges.iter().map(|edge| edge.is_ground(largest)).collect();
     loop {
         let ground: Vec<bool> =
             levels.of.iter().map(|&part| part != NONE && is_ground[part as usize]).collect();
@@ -178,6 +183,19 @@ impl Relief<'_> {
         rise > NEVER_STEEPER * (u - x).hypot(v - y) + SIGMAS * self.noise_m
     }
 
+    /// Whether a bank's face ends at a cell, for there the scan ends: nothing was poured so steep.
+    fn leads_out(&self, cell: usize) -> bool {
+        let is_out = |n: usize| self.smooth_m[n].is_nan();
+        if !self.grid.is_border(cell) && !self.grid.around(cell, 1).any(is_out) {
+            return false;
+        }
+        let drop_m = |n: usize| self.smooth_m[cell] - self.smooth_m[n];
+        let run = FACE.cast_signed();
+        let down = FOUR.iter().filter_map(|(dx, dy)| self.grid.neighbor(cell, run * dx, run * dy));
+        let run_m = to_f64(FACE) * self.grid.cell_m;
+        down.map(drop_m).any(|drop_m| drop_m > STEEPEST_POURED * run_m)
+    }
+
     /// Uphill goes the walk to the highest cell around. Up a cliff it goes from a face alone, that
     /// is where there is one downhill too: what ends at the foot of a wall has a summit there.
     fn around(&self, tree: &Tree, cell: usize) -> Around {
@@ -213,6 +231,7 @@ impl Tree {
             let mut around = relief.around(&tree, cell);
             tree.of[cell] = match (ground[cell], around.uphill) {
                 (true, _) => GROUND,
+                (false, NOTHING) if relief.leads_out(cell) => GROUND,
                 (false, NOTHING) => tree.summit(relief.smooth_m[cell]),
                 (false, node) => node,
             };
@@ -329,6 +348,20 @@ mod tests {
     fn a_step_across_the_scan_is_ground_on_both_sides() {
         only_stands(|x, _| if x > 1.9 { 0.03 } else { 0.0 }, cone);
         only_stands(|x, _| if x > 1.3 { 0.03 } else { 0.0 }, cone);
+    }
+
+    #[test]
+    fn a_face_that_leads_out_of_the_scan_is_no_hill() {
+        let face = |slope: f64| move |x: f64, _: f64| slope * (x - 2.0).max(0.0);
+        let labels = |slope: f64| found(|x, y| face(slope)(x, y) + cone(x, y)).labels;
+        let on_face = |labels: &[i32]| {
+            let cells = (0..GRID.len()).filter(|&cell| GRID.center(cell)[0] > 2.1);
+            cells.filter(|&cell| labels[cell] != NOBODY).count()
+        };
+        assert_eq!(on_face(&labels(1.5)), 0);
+        // As flat as this, it may be a heap that was cut off.
+        assert!(on_face(&labels(1.0)) > 1000);
+        assert_eq!(labels(1.5)[45 * GRID.columns + 60], 0);
     }
 
     #[test]

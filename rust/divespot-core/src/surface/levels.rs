@@ -20,6 +20,9 @@ const SOME: f64 = 0.25;
 /// So many standard deviations of the noise are no step.
 const CLEAR: f64 = 4.0;
 
+/// A part is about as large as the largest from this share of it.
+const LARGE: f64 = 0.5;
+
 /// What may be the top of a wall is smaller than this share of the largest part.
 const LID: f64 = 0.2;
 
@@ -65,10 +68,12 @@ impl Edge {
     }
 
     /// Whether it is ground for sure: it goes down from little of the edge, or the scan ends
-    /// there, or something stands on a plate with cliffs around it.
-    pub(crate) fn is_ground(&self) -> bool {
+    /// there, or something stands on a plate with cliffs around it, or it is about as large as the
+    /// largest part and no top.
+    pub(crate) fn is_ground(&self, largest: usize) -> bool {
+        let large = to_f64(self.cells) > LARGE * to_f64(largest) && !self.is_top();
         let plate = self.cliff > SOME * self.all() && self.up > 0.1 * self.all();
-        self.down < SOME * self.all() || self.open > SOME * self.all() || plate
+        self.down < SOME * self.all() || self.open > SOME * self.all() || plate || large
     }
 }
 
@@ -237,8 +242,8 @@ mod tests {
     fn the_edge_of_a_plate_goes_down_a_cliff_and_that_of_a_floor_up() {
         let levels = levels(&grid(40, 40), plate(14.0, 14.0, [13.0, 13.0]));
         let (floor, plate) = (levels.edges[0], levels.edges[1]);
-        assert!(floor.is_ground() && !floor.is_top() && !floor.is_lid(floor.cells), "{floor:?}");
-        assert!(plate.is_top() && plate.is_lid(floor.cells) && !plate.is_ground(), "{plate:?}");
+        assert!(floor.is_ground(400) && !floor.is_top() && !floor.is_lid(floor.cells), "{floor:?}");
+        assert!(plate.is_top() && plate.is_lid(floor.cells) && !plate.is_ground(400), "{plate:?}");
         assert!(plate.cliff == plate.down && plate.up == 0.0 && plate.open == 0.0);
         // Where windows end, the levels go on up to the cliff.
         assert!(levels.of.iter().all(|&part| part != NONE));
@@ -250,7 +255,7 @@ mod tests {
         let levels = levels(&grid(40, 20), bank);
         let [low, high] = levels.edges[..] else { panic!("{:?}", levels.edges) };
         assert!(low.down == 0.0 && low.up > 0.0 && high.up == 0.0 && high.down > 0.0);
-        assert!(high.cliff == 0.0 && low.is_ground() && low.open > 0.0);
+        assert!(high.cliff == 0.0 && low.is_ground(400) && low.open > 0.0);
         assert_eq!((levels.of[20], levels.of[10], levels.of[30]), (NONE, 0, 1));
     }
 
@@ -268,16 +273,22 @@ mod tests {
 
     #[test]
     fn shares_of_an_edge_tell_tops_and_ground() {
-        assert!(edge(0.2, 0.0, 0.0).is_ground() && !edge(0.3, 0.0, 0.0).is_ground());
+        assert!(edge(0.2, 0.0, 0.0).is_ground(400) && !edge(0.3, 0.0, 0.0).is_ground(400));
         assert!(edge(0.8, 0.0, 0.0).is_top() && !edge(0.7, 0.0, 0.0).is_top());
-        let open = |open| Edge { open, ..edge(0.5, 0.0, 0.0) }.is_ground();
+        let open = |open| Edge { open, ..edge(0.5, 0.0, 0.0) }.is_ground(400);
         assert!(open(40.0) && !open(20.0));
     }
 
     #[test]
     fn a_plate_with_cliffs_is_ground_where_something_stands_on_it() {
-        assert!(edge(0.6, 0.3, 0.15).is_ground() && !edge(0.6, 0.2, 0.15).is_ground());
-        assert!(!edge(0.6, 0.3, 0.07).is_ground());
+        assert!(edge(0.6, 0.3, 0.15).is_ground(400) && !edge(0.6, 0.2, 0.15).is_ground(400));
+        assert!(!edge(0.6, 0.3, 0.07).is_ground(400));
+    }
+
+    #[test]
+    fn a_part_nearly_as_large_as_the_largest_is_ground_unless_it_is_a_top() {
+        let is_ground = |down, largest| edge(down, 0.0, 0.0).is_ground(largest);
+        assert!(is_ground(0.5, 199) && !is_ground(0.5, 201) && !is_ground(0.8, 199));
     }
 
     #[test]
