@@ -179,6 +179,7 @@ fn objects(scan: &Scan) -> Result<Vec<Object>> {
         ground: Base::ground(0.0, NOISE_M, NOISE_M),
         link_cells: 1,
         fewest_cells: 20,
+        threads: 1,
     };
     piles::measure(&scan.map.grid, &scan.map.heights_m, &scan.found, &settings)
 }

@@ -55,7 +55,7 @@ def radius_outlier_mask(
 ) -> NDArray[np.bool_]: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
 
-Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
+_Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
 def surface_and_voxels(
     points: NDArray[Any],
@@ -64,13 +64,13 @@ def surface_and_voxels(
     anywhere: bool,
     voxel_m: float,
     threads: int,
-) -> tuple[NDArray[np.bool_], Voxels]: ...
+) -> tuple[NDArray[np.bool_], _Voxels]: ...
 
-Hills: TypeAlias = tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]
+_Hills: TypeAlias = tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]
 
 def hills(
     heights_m: NDArray[np.float64], cell_m: float, with_holes: bool, threads: int
-) -> list[Hills]: ...
+) -> list[_Hills]: ...
 def voxel_downsample(
     points: NDArray[Any], voxel_m: float, threads: int
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from divespot.grid import HeightMap
     from divespot.settings import Settings
     from divespot.spacing import Survey
+
+    Hills: TypeAlias = tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]
 
 
 @dataclass(frozen=True)
@@ -91,9 +93,7 @@ def _surface_level(
         blocks = values.reshape(heights_m.shape).repeat(by, axis=0).repeat(by, axis=1)
         return np.ascontiguousarray(blocks[:rows, :columns])
 
-    def level(
-        height_m: float, hills: _native.Hills, upside_down: GroundLevel | None
-    ) -> GroundLevel:
+    def level(height_m: float, hills: Hills, upside_down: GroundLevel | None) -> GroundLevel:
         labels, is_ground, surface_m, noise_m = hills
         fine_labels, fine_ground = fine(labels).ravel(), fine(is_ground).ravel()
         return GroundLevel(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from divespot.settings import Settings
     from divespot.spacing import Survey
+
+    Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
 NO_GROUND = (
     "no ground is in view, only slopes or what stands on something: a scan that shows the ground "
@@ -90,9 +92,7 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     return Surface(points, is_on, is_apart)
 
 
-def _apart(
-    is_on: NDArray[np.bool_], voxels: _native.Voxels, settings: Settings
-) -> NDArray[np.bool_]:
+def _apart(is_on: NDArray[np.bool_], voxels: Voxels, settings: Settings) -> NDArray[np.bool_]:
     """Return which points are of clusters apart from the ground's (Algorithm 1, line 18).
 
     The ground's are the clusters that hold much of what the walk reached, or of which it reached
