@@ -4,7 +4,7 @@ use super::base::Base;
 use super::object::{above_base, why_no_pile};
 use super::patch::{Patch, Scene};
 use super::ring::ring_plane;
-use super::{Settings, face, gaps, valley, wall};
+use super::{Settings, bank, face, gaps, valley, wall};
 
 /// The piles of one object, each as `found` and as a `whole` with its flanks; their ground is the
 /// ground around all of them.
@@ -42,6 +42,6 @@ fn at_walls(
     if !is_pile {
         return (found, whole);
     }
-    let whole = face::continued_to_faces(whole, scene, settings.margin_m);
-    (found, whole)
+    let whole = face::continued_to_faces(whole, scene, base, settings.margin_m);
+    (found, bank::with_toe(whole))
 }

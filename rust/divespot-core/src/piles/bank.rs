@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::base::{Base, Kind, value, weighted_plane};
 use super::patch::{Patch, Zone};
 use super::territory::FOUR;
+use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::GENTLE;
 
@@ -15,6 +16,12 @@ use crate::material::GENTLE;
 const SUPPORT: usize = 4;
 /// Steeper than this, as rise over run, nothing to speak of lies on a face: 74°.
 const STEEPEST: f64 = 3.5;
+/// The toe lies on so many cells of it.
+const TOE: usize = 2;
+/// What lies farther from an object tells nothing of the bank beside it, in columns and rows.
+pub(crate) const REACH: usize = TOE + SUPPORT;
+/// A cell's mean height is that of so many places along its edge.
+const PARTS: usize = 4;
 /// With fewer cells its slope is not known.
 const FEWEST: usize = 6;
 
@@ -34,18 +41,25 @@ impl Bank {
         }
     }
 
-    /// The banks that go on under an object above its base; `None` where none do.
+    /// The banks that go on under an object above its base, and those that its toe lies on; `None`
+    /// where there are none.
     pub(crate) fn under(patch: &Patch, base: &Base) -> Option<Arc<Self>> {
         let mut heights_m = vec![f64::NAN; patch.zones.len()];
-        let beside = |&cell: &usize| patch.banks[cell] && four(patch, cell).any(|n| held(patch, n));
-        let mut front: Vec<(usize, usize)> =
-            (0..heights_m.len()).filter(beside).map(|bank| (bank, bank)).collect();
+        let mut front = Vec::new();
+        for cell in (0..heights_m.len()).filter(|&cell| patch.banks[cell]) {
+            if held(patch, cell) {
+                heights_m[cell] =
+                    go_on(patch, cell, cell).map_or(f64::NAN, |face| face.above(base, patch, cell));
+            }
+            front.push((cell, cell));
+        }
         while let Some((bank, cell)) = front.pop() {
-            for n in four(patch, cell).filter(|&n| held(patch, n)) {
-                let Some(height_m) = go_on(patch, bank, n) else { continue };
-                let p = patch.grid.center(n);
-                let lower = height_m < patch.heights_m[n] && height_m > base.at(p);
-                if lower && (heights_m[n].is_nan() || heights_m[n] < height_m) {
+            for n in four(patch, cell).filter(|&n| held(patch, n) && !patch.banks[n]) {
+                let Some(face) = go_on(patch, bank, n) else { continue };
+                let height_m = face.above(base, patch, n);
+                let lower = face.height_m < patch.heights_m[bank] && height_m < patch.heights_m[n];
+                let known = heights_m[n].is_nan() || heights_m[n] < height_m;
+                if lower && known && height_m > base.at(patch.grid.center(n)) {
                     heights_m[n] = height_m;
                     front.push((bank, n));
                 }
@@ -53,6 +67,41 @@ impl Bank {
         }
         let any = heights_m.iter().any(|h| !h.is_nan());
         any.then(|| Arc::new(Self { grid: patch.grid, heights_m }))
+    }
+}
+
+/// The object with its toe on the banks beside it: in the cells in which they meet there is some of
+/// both.
+pub(crate) fn with_toe(mut patch: Patch) -> Patch {
+    let beside = |&cell: &usize| {
+        let near = || patch.around(cell, TOE).any(|n| patch.zones[n] == Zone::Core);
+        patch.banks[cell] && patch.zones[cell] == Zone::Outside && near()
+    };
+    let toe: Vec<usize> = (0..patch.zones.len())
+        .filter(beside)
+        .filter(|&cell| go_on(&patch, cell, cell).is_some())
+        .collect();
+    toe.into_iter().for_each(|cell| patch.zones[cell] = Zone::Toe);
+    patch
+}
+
+/// A bank's face about a cell.
+struct Face {
+    height_m: f64,
+    slope: [f64; 2],
+}
+
+impl Face {
+    /// The mean height over a cell of whichever is higher, the face or the base.
+    fn above(&self, base: &Base, patch: &Patch, cell: usize) -> f64 {
+        let [x, y] = patch.grid.center(cell);
+        let at = |k: usize| (to_f64(k) + 0.5) / to_f64(PARTS) - 0.5;
+        let height = |k: usize| {
+            let off = [at(k % PARTS), at(k / PARTS)].map(|part| part * patch.grid.cell_m);
+            let face_m = self.height_m + self.slope[0] * off[0] + self.slope[1] * off[1];
+            face_m.max(base.at([x + off[0], y + off[1]]))
+        };
+        (0..PARTS * PARTS).map(height).sum::<f64>() / to_f64(PARTS * PARTS)
     }
 }
 
@@ -64,13 +113,14 @@ fn four(patch: &Patch, cell: usize) -> impl Iterator<Item = usize> + '_ {
     FOUR.iter().filter_map(move |&(dx, dy)| patch.grid.neighbor(cell, dx, dy))
 }
 
-/// The height at a cell of the plane through the bank's cells around one of them, where it goes down
-/// there and material could lie on it. Cells beside the object hold some of it, too.
-fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<f64> {
+/// The face about a cell as the bank's cells around one of them let expect, where it goes down there
+/// and material could lie on it. Cells beside the object hold some of it, too.
+fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<Face> {
     let center = patch.grid.center(cell);
+    let beside = |n: usize| patch.around(n, TOE).any(|n| patch.zones[n] == Zone::Core);
     let local: Vec<[f64; 3]> = patch
         .around(bank, SUPPORT)
-        .filter(|&n| patch.banks[n] && !four(patch, n).any(|n| held(patch, n)))
+        .filter(|&n| patch.banks[n] && !beside(n))
         .map(|n| {
             let [x, y] = patch.grid.center(n);
             [x - center[0], y - center[1], patch.heights_m[n]]
@@ -80,7 +130,7 @@ fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<f64> {
         return None;
     }
     let plane = weighted_plane(&local, std::iter::repeat(1.0), Kind::Ring)?;
-    let height_m = value(&plane, &[0.0; 3]);
-    let lies = (GENTLE..STEEPEST).contains(&plane[1].hypot(plane[2]));
-    (lies && height_m < patch.heights_m[bank]).then_some(height_m)
+    let slope = [plane[1], plane[2]];
+    let lies = (GENTLE..STEEPEST).contains(&slope[0].hypot(slope[1]));
+    lies.then_some(Face { height_m: value(&plane, &[0.0; 3]), slope })
 }

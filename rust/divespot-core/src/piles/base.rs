@@ -115,8 +115,11 @@ impl Base {
         self.bank.as_ref().map_or(ground, |bank| ground.max(bank.at(p)))
     }
 
-    /// The base with the banks that go on under an object.
+    /// The base with the banks that go on under an object; a surface that was given has them.
     pub(crate) fn with_banks(self, patch: &Patch) -> Self {
+        if self.surface.is_some() {
+            return self;
+        }
         Self { bank: Bank::under(patch, &self), ..self }
     }
 

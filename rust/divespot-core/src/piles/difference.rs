@@ -167,7 +167,7 @@ impl<'a> Rise<'a> {
     /// The objects of one connected piece, up to the walls around it, parted where valleys are.
     fn objects(&self, label: i32, patch: Patch, settings: &Settings) -> Vec<Object> {
         let patch = wall::up_to_walls(patch, &self.base);
-        let mut patch = continued_to_faces(patch, &self.scene, settings.margin_m);
+        let mut patch = continued_to_faces(patch, &self.scene, &self.base, settings.margin_m);
         let count = |center: [f64; 2]| self.upper.counts[self.scene.grid.cell(&center)];
         cut::count_what_was_seen(&mut patch, count);
         let above_m = gaps::heights(&patch, &above_base(&patch, &self.base));

@@ -35,7 +35,7 @@ pub(crate) fn up_to_faces(
     for &cell in &walls {
         patch.zones[cell] = if patch.walls[cell] { Zone::Toe } else { Zone::Outside };
     }
-    let mut patch = continued_to_faces(wall::up_to_walls(patch, base), scene, margin_m);
+    let mut patch = continued_to_faces(wall::up_to_walls(patch, base), scene, base, margin_m);
     for (cell, outlined) in counted.into_iter().enumerate() {
         if matches!(patch.zones[cell], Zone::Core | Zone::Toe) {
             let part = patch.counted(cell);

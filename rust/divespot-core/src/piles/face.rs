@@ -3,7 +3,7 @@
 //! A cell at the face of a wall holds points on the surface and many more up the face. The pile goes
 //! on to the face as it came: the cell counts by the share of it that lies before the face.
 
-use super::base::{Kind, value, weighted_plane};
+use super::base::{Base, Kind, value, weighted_plane};
 use super::found::Found;
 use super::patch::{Patch, Scene, Zone};
 use super::region::{Part, Ring, moments, part};
@@ -12,6 +12,7 @@ use super::territory::NOBODY;
 use super::{hidden, wall};
 use crate::Point;
 use crate::cancel::Polled;
+use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::robust::{median, scale};
@@ -26,6 +27,8 @@ const SUPPORT: usize = 5;
 const SHARP: f64 = 0.5;
 /// With fewer points, a face is not known.
 pub(super) const FEWEST: usize = 4;
+/// A face leans if that shows by so many standard deviations.
+const SIGMAS: f64 = 3.0;
 /// Points on a wall's top are not on its face: only the lower half is taken.
 const LOWER: f64 = 0.5;
 
@@ -37,10 +40,16 @@ pub(crate) struct Faces {
     pub(crate) bars: Vec<bool>,
     /// Those of them that are as high as the surface before them: the face was not seen.
     pub(crate) flush: Vec<bool>,
+    /// Cells of walls, and of the gaps in them.
+    pub(crate) walls: Vec<bool>,
+    /// Those of retaining walls and of banks.
+    pub(crate) retaining: Vec<bool>,
+    /// Those of which only the top was seen.
+    pub(crate) tops: Vec<bool>,
     /// Cells without a surface that walls stand in.
     standing: Vec<bool>,
     /// Cells of a surface over which something rises.
-    mixed: Vec<bool>,
+    pub(crate) mixed: Vec<bool>,
     /// The points that may be on a face with their cells, in order of both.
     risen: Vec<(usize, Point)>,
 }
@@ -50,23 +59,28 @@ impl Faces {
     /// steepest material could reach in a cell: loose points, or a bank beside an object.
     pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
         let mut risen = by_cell(grid, &found.loose, |_| true);
-        let Walls { mut is, flush, standing, mixed } = Walls::of(grid, heights_m, &risen, margin_m);
+        let Walls { mut is, flush, tops, standing, mixed, walls, mut retaining } =
+            Walls::of(grid, heights_m, &risen, margin_m);
         let step_m = NEVER_STEEPER * grid.cell_m;
         let rises =
             |cell: usize, from: usize| heights_m[cell] - heights_m[from] > step_m + margin_m;
         let banks: Vec<usize> = (0..grid.len())
             .filter(|&cell| found.is_bank(cell))
-            .filter(|&c| grid.around(c, 1).any(|n| found.labels[n] != NOBODY && rises(c, n)))
+            .filter(|&c| {
+                let at_face = grid.around(c, GAP).any(|n| is[n]);
+                let beside = |n: usize| found.labels[n] != NOBODY && (at_face || rises(c, n));
+                grid.around(c, 1).any(beside)
+            })
             .collect();
         if !banks.is_empty() {
             let mut near = vec![false; grid.len()];
             banks.iter().flat_map(|&c| grid.around(c, BEYOND)).for_each(|n| near[n] = true);
-            banks.iter().for_each(|&cell| is[cell] = true);
+            banks.iter().for_each(|&cell| (is[cell], retaining[cell]) = (true, true));
             risen.extend(by_cell(grid, &found.surface, |cell| near[cell]));
             risen.sort_unstable_by(by_place);
         }
         let bars = standing::bars(grid, &is, &standing);
-        Self { is, bars, flush, standing, mixed, risen }
+        Self { is, bars, flush, walls, retaining, tops, standing, mixed, risen }
     }
 
     /// The cells that lie outside of the hull of what was seen of the surface. What is hidden between
@@ -111,11 +125,16 @@ fn by_place((m, p): &(usize, Point), (n, q): &(usize, Point)) -> std::cmp::Order
 /// The pile, continued to the faces of the walls it leans on.
 ///
 /// Where no points tell where a face is, the pile stays.
-pub(crate) fn continued_to_faces(mut patch: Patch, scene: &Scene<'_>, margin_m: f64) -> Patch {
+pub(crate) fn continued_to_faces(
+    mut patch: Patch,
+    scene: &Scene<'_>,
+    base: &Base,
+    margin_m: f64,
+) -> Patch {
     if !wall::leans(&patch) {
         return patch;
     }
-    let near = NearWalls::of(&patch, scene, margin_m);
+    let near = NearWalls::of(&patch, scene, base, margin_m);
     let ends: Vec<(usize, End)> =
         near.before_walls().polled().filter_map(|cell| Some((cell, near.end(cell)?))).collect();
     for (cell, end) in ends {
@@ -128,6 +147,7 @@ pub(crate) fn continued_to_faces(mut patch: Patch, scene: &Scene<'_>, margin_m: 
 struct NearWalls<'a> {
     patch: &'a Patch,
     scene: &'a Scene<'a>,
+    base: &'a Base,
     /// Cells at which a face may stand.
     near: Vec<bool>,
     /// Cells beside walls.
@@ -158,7 +178,7 @@ impl End {
 }
 
 impl<'a> NearWalls<'a> {
-    fn of(patch: &'a Patch, scene: &'a Scene<'a>, margin_m: f64) -> Self {
+    fn of(patch: &'a Patch, scene: &'a Scene<'a>, base: &'a Base, margin_m: f64) -> Self {
         let near = |reach: usize| -> Vec<bool> {
             (0..patch.zones.len()).map(|c| patch.around(c, reach).any(|n| patch.walls[n])).collect()
         };
@@ -169,7 +189,7 @@ impl<'a> NearWalls<'a> {
                 && !scene.faces.mixed[scene.grid.cell(&patch.grid.center(cell))]
         };
         let clean = (0..patch.zones.len()).map(clean).collect();
-        Self { patch, scene, near: near(BEYOND), beside: near(1), clean, margin_m }
+        Self { patch, scene, base, near: near(BEYOND), beside: near(1), clean, margin_m }
     }
 
     /// Cells near the walls that hold something else than the pile, or nothing; and those beside
@@ -191,19 +211,22 @@ impl<'a> NearWalls<'a> {
         let [x, y] = grid.center(cell);
         let h = 0.5 * grid.cell_m;
         let square = vec![[x - h, y - h], [x + h, y - h], [x + h, y + h], [x - h, y + h]];
-        let counted = part(moments(&face.before(&square), [x, y]), area);
+        let height_m = surface.at([x, y]);
+        // Halfway down to the base, where a face that leans back lies on average.
+        let before = face.before(&square, 0.5 * (height_m + self.base.at([x, y])));
+        let counted = part(moments(&before, [x, y]), area);
         let is_cut = counted.share > 0.0 && counted.share < 1.0;
         let u_share = if is_cut { (face.spread_m / grid.cell_m).min(1.0) } else { 0.0 };
-        Some(End { height_m: surface.at([x, y]), part: Part { u_share, ..counted } })
+        Some(End { height_m, part: Part { u_share, ..counted } })
     }
 
     /// Points around a cell that lie above the pile's surface, below the wall's top.
-    fn above(&self, surface: &Surface, cell: usize) -> Vec<[f64; 2]> {
+    fn above(&self, surface: &Surface, cell: usize) -> Vec<Point> {
         let near = |reach| self.above_within(surface, cell, reach);
         (1..=BEYOND).map(near).find(|points| points.len() >= FEWEST).unwrap_or_default()
     }
 
-    fn above_within(&self, surface: &Surface, cell: usize, reach: usize) -> Vec<[f64; 2]> {
+    fn above_within(&self, surface: &Surface, cell: usize, reach: usize) -> Vec<Point> {
         let over =
             |n: usize| self.scene.faces.over(self.scene.grid.cell(&self.patch.grid.center(n)));
         let top = self.patch.around(cell, BEYOND).flat_map(over).map(|p| p[2]);
@@ -212,7 +235,7 @@ impl<'a> NearWalls<'a> {
             let low = surface.at([p[0], p[1]]);
             p[2] > low + self.margin_m && p[2] < low + LOWER * (top - low)
         });
-        on_face.map(|p| [p[0], p[1]]).collect()
+        on_face.copied().collect()
     }
 }
 
@@ -228,7 +251,7 @@ impl Surface {
     /// The plane through the pile's cells near one, the nearest counting most.
     fn around(near: &NearWalls<'_>, cell: usize) -> Option<Self> {
         let (patch, center_m) = (near.patch, near.patch.grid.center(cell));
-        let clean = patch.around(cell, SUPPORT).filter(|&n| near.clean[n]);
+        let clean = patch.around(cell, SUPPORT).filter(|&n| near.clean[n] && !near.beside[n]);
         let local = |n: usize| {
             let [x, y] = patch.grid.center(n);
             [x - center_m[0], y - center_m[1], patch.heights_m[n]]
@@ -246,22 +269,26 @@ impl Surface {
     }
 }
 
-/// The foot of a wall's face in plan, as a straight line.
+/// A wall's face, which runs straight in plan and may lean back.
 struct Face {
-    through: [f64; 2],
+    /// A place on it.
+    through: Point,
     /// Away from the pile.
     normal: [f64; 2],
+    /// How much farther away it lies for each metre that it rises.
+    leans: f64,
     /// Standard deviation of the face's points across it.
     spread_m: f64,
 }
 
 impl Face {
-    /// The line along which `points` lie, seen from a place on the pile.
-    fn of(points: &[[f64; 2]], pile: [f64; 2]) -> Option<Self> {
+    /// The face on which `points` lie, seen from a place on the pile.
+    fn of(points: &[Point], pile: [f64; 2]) -> Option<Self> {
         if points.len() < FEWEST {
             return None;
         }
-        let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64);
+        let count = to_f64(points.len());
+        let mean = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
         let moment = |a: usize, b: usize| {
             points.iter().map(|p| (p[a] - mean[a]) * (p[b] - mean[b])).sum::<f64>()
         };
@@ -270,15 +297,25 @@ impl Face {
         let away =
             if dot(across, [mean[0] - pile[0], mean[1] - pile[1]]) < 0.0 { -1.0 } else { 1.0 };
         let normal = across.map(|v| away * v);
-        let off = points.iter().map(|p| dot(normal, [p[0] - mean[0], p[1] - mean[1]]));
+        let rising = moment(2, 2);
+        let leans = dot(normal, [moment(0, 2), moment(1, 2)]) / rising;
+        let off = |p: &Point, leans: f64| {
+            dot(normal, [p[0] - mean[0], p[1] - mean[1]]) - leans * (p[2] - mean[2])
+        };
+        let spread_m = scale(points.iter().map(|p| off(p, leans)));
+        let leans = if leans * rising.sqrt() > SIGMAS * spread_m { leans } else { 0.0 };
+        let off = points.iter().map(|p| off(p, leans));
         let middle = median(off.clone().collect());
-        let through = [mean[0] + middle * normal[0], mean[1] + middle * normal[1]];
-        Some(Self { through, normal, spread_m: scale(off.map(|o| o - middle)) })
+        let through = [mean[0] + middle * normal[0], mean[1] + middle * normal[1], mean[2]];
+        Some(Self { through, normal, leans, spread_m: scale(off.map(|o| o - middle)) })
     }
 
-    /// The part of an area that lies on the pile's side.
-    fn before(&self, ring: &Ring) -> Ring {
-        let off = |p: &[f64; 2]| dot(self.normal, [p[0] - self.through[0], p[1] - self.through[1]]);
+    /// The part of an area that lies on the pile's side, at a height.
+    fn before(&self, ring: &Ring, height_m: f64) -> Ring {
+        let back_m = self.leans * (height_m - self.through[2]);
+        let off = |p: &[f64; 2]| {
+            dot(self.normal, [p[0] - self.through[0], p[1] - self.through[1]]) - back_m
+        };
         let mut kept = Vec::new();
         for (p, q) in ring.iter().zip(ring.iter().cycle().skip(1)) {
             let (a, b) = (off(p), off(q));
@@ -298,7 +335,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::super::tests::{CELL, settings};
     use super::super::{Found, Object, measure};
     use super::*;
@@ -341,7 +378,11 @@ mod tests {
         (0..100).map(|i| column(strip * (f64::from(i) + 0.5) - 1.2) * strip * 0.01).sum()
     }
 
-    fn pile(points: &[Point]) -> Object {
+    pub(crate) fn pile(points: &[Point]) -> Object {
+        objects(points).remove(0)
+    }
+
+    pub(crate) fn objects(points: &[Point]) -> Vec<Object> {
         let kept = surface_points(points, CELL, 0.0, false).unwrap();
         let on =
             |is: bool| points.iter().zip(&kept).filter(move |(_, k)| **k == is).map(|(p, _)| *p);
@@ -351,7 +392,7 @@ mod tests {
         let Hills { labels, ground, .. } = hills(&map.grid, &map.heights_m).unwrap();
         let found =
             Found { labels, ground, surface, loose: on(false).collect(), apart: Vec::new() };
-        measure(&map.grid, &map.heights_m, &found, &settings()).unwrap().remove(0)
+        measure(&map.grid, &map.heights_m, &found, &settings()).unwrap()
     }
 
     #[test]
@@ -361,6 +402,31 @@ mod tests {
             let off = object.volume.net_m3() / truth - 1.0;
             assert!(off.abs() < 5e-3, "turned {turn}, {beyond} beyond: {off}");
             assert!(object.leans_on_wall && !object.touches_edge && object.reason.is_none());
+        }
+    }
+
+    /// A cone against a face that leans back by 0.3 m for each metre of its height.
+    fn leaning_back(beyond: f64) -> (Vec<Point>, f64) {
+        let lean = 0.3;
+        let bank = move |u: f64| ((u - beyond) / lean).clamp(0.0, 1.0);
+        let plan = (0..384 * 288).map(|i| (f64::from(i % 384) + 0.5, f64::from(i / 384) + 0.5));
+        let surface = plan.map(|(x, y)| {
+            let (u, v) = (x * STEP - 4.0, y * STEP - 3.0);
+            [x * STEP, y * STEP, cone(u, v).max(bank(u))]
+        });
+        let at = |i: i32| 0.01 * (f64::from(i) + 0.5) - 1.2;
+        let material = |u: f64, v: f64| (cone(u, v) - bank(u)).max(0.0);
+        let column = |u: f64| (0..240).map(|j| material(u, at(j))).sum::<f64>() * 1e-4;
+        (surface.collect(), (0..240).map(|i| column(at(i))).sum())
+    }
+
+    #[test]
+    fn a_face_that_leans_back_leaves_less_of_the_pile() {
+        for beyond in [0.3, 0.33, 0.5] {
+            let (points, truth) = leaning_back(beyond);
+            let object = pile(&points);
+            let off = object.volume.net_m3() / truth - 1.0;
+            assert!(off.abs() < 0.01, "{beyond} beyond: {off}");
         }
     }
 

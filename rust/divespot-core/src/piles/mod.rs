@@ -12,6 +12,7 @@ mod clear;
 mod crease;
 mod cut;
 mod difference;
+mod divided;
 mod enclosed;
 mod face;
 mod flat_top;
@@ -26,6 +27,7 @@ mod patch;
 mod pieces;
 mod region;
 mod repose;
+mod retaining;
 mod ring;
 mod sectors;
 mod shadow;
@@ -54,14 +56,15 @@ use std::collections::BTreeMap;
 use crate::cancel::Polled;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
-use crate::material::NEVER_STEEPER;
+use crate::material::STEEPEST_POURED;
 use crate::parallel::map_each;
 use crate::thread_count;
+use divided::Divided;
 pub(crate) use hidden::beyond;
 use object::{object, why_no_pile};
 use patch::{Patch, Reach, Scene};
 use ring::ring_plane;
-pub(crate) use territory::{EIGHT, FOUR, NOBODY, Territory};
+pub(crate) use territory::{AXES, EIGHT, FOUR, NOBODY, Territory};
 use things::Things;
 
 /// So many standard deviations of the ground's noise are no cliff.
@@ -131,13 +134,14 @@ fn measured(
 ) -> Result<Vec<Object>> {
     let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
     let around = Around { open: found.open(&scene.heights_m), ground: &found.ground };
-    let whole = patches(&scene, &found.labels, &around, settings);
+    let divided = Divided::of(&scene, found);
+    let whole = patches(&scene, &divided.labels, &around, settings);
     // Where no toe is wanted, an object is what was found (paper).
     if settings.toe_cells == 0 {
         return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
     let bases = bases(&whole, &planes(&whole, settings), settings);
-    let labels = clear_of_ground(&scene, &found.labels, &bases, settings);
+    let labels = clear_of_ground(&scene, &divided.labels, &bases, settings);
     let alone = |(n, found, whole): &(i32, Patch, Patch)| -> Vec<Object> {
         let parts = alone::alone(found.clone(), whole.clone(), &scene, settings);
         parts.iter().map(|(found, whole)| object(*n, found, whole, settings)).collect()
@@ -145,6 +149,10 @@ fn measured(
     let pairs = with_their_flanks(&scene, &labels, &around, settings);
     let mut objects = map_each(&pairs, thread_count(settings.threads), alone).concat();
     clear::mark(&mut objects, settings);
+    let walled_in = objects.iter_mut().filter(|o| o.label >= divided.first_apart);
+    if settings.base.is_none() {
+        walled_in.for_each(|object| object.reason = Some(Reason::CutOff));
+    }
     Ok(objects)
 }
 
@@ -234,7 +242,7 @@ struct Around<'a> {
 }
 
 impl Around<'_> {
-    /// Whether the ground drops more steeply than material could between two cells: what lies
+    /// Whether the ground drops more steeply than anything is poured between two cells: what lies
     /// beyond a cliff is not the ground around an object.
     fn is_cliff(&self, scene: &Scene<'_>, from: usize, to: usize, settings: &Settings) -> bool {
         if !(self.ground[from] && self.ground[to]) {
@@ -243,7 +251,7 @@ impl Around<'_> {
         let ([ax, ay], [bx, by]) = (scene.grid.center(from), scene.grid.center(to));
         let run_m = (ax - bx).hypot(ay - by) + scene.grid.cell_m;
         let drop_m = (scene.heights_m[from] - scene.heights_m[to]).abs();
-        drop_m > NEVER_STEEPER * run_m + CLEAR * settings.ground.noise_m
+        drop_m > STEEPEST_POURED * run_m + CLEAR * settings.ground.noise_m
     }
 }
 

@@ -107,7 +107,7 @@ pub(crate) fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings)
         return ring_base(patch).unwrap_or_else(|| settings.ground.clone());
     };
     let (center, ring) = ring(patch);
-    base.clone().held_against(center, &ring)
+    base.clone().held_against(center, &ring).with_banks(patch)
 }
 
 /// The volume of the cells that are held, above and below nought.

@@ -1,5 +1,6 @@
 //! The part of the height map around one object.
 
+use super::bank;
 use super::base::Base;
 use super::face::Faces;
 use super::found::Found;
@@ -39,6 +40,10 @@ pub(crate) struct Patch {
     pub(crate) walls: Vec<bool>,
     /// Walls that are as high as the surface before them.
     pub(crate) flush: Vec<bool>,
+    /// Walls of which only the top was seen.
+    pub(crate) tops: Vec<bool>,
+    /// Cells of a surface over which something rises.
+    pub(crate) mixed: Vec<bool>,
     /// Cells of walls, with the gaps between them closed: no flank goes on across them.
     pub(crate) bars: Vec<bool>,
     /// Cells of banks that lead to higher ground.
@@ -160,6 +165,8 @@ impl Patch {
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
             walls: cells.iter().map(|&cell| scene.faces.is[cell]).collect(),
             flush: cells.iter().map(|&cell| scene.faces.flush[cell]).collect(),
+            tops: cells.iter().map(|&cell| scene.faces.tops[cell]).collect(),
+            mixed: cells.iter().map(|&cell| scene.faces.mixed[cell]).collect(),
             bars: cells.iter().map(|&cell| scene.faces.bars[cell]).collect(),
             banks: cells.iter().map(|&cell| scene.banks[cell]).collect(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
@@ -276,7 +283,7 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
 }
 
 /// The smallest window around the cells in each label's reach, and around its own with as much about
-/// them as a ring has at least: what stands right beside an object is another's territory.
+/// them as is looked at of a bank: what stands right beside an object is another's territory.
 fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
     let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
     for (cell, (&label, &steps)) in
@@ -286,7 +293,7 @@ fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Wi
         if steps > reach[label].farthest() {
             continue;
         }
-        let about = if steps == 0 { FEWEST_STEPS as usize } else { 0 };
+        let about = if steps == 0 { bank::REACH } else { 0 };
         let span =
             |at: usize, count: usize| (at.saturating_sub(about), (at + about).min(count - 1));
         let columns = span(cell % grid.columns, grid.columns);

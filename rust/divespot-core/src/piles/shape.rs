@@ -27,7 +27,7 @@ pub enum Reason {
     Apart,
     /// Too little of it was seen for a volume that could be answered for.
     TooLittleSeen,
-    /// It runs out of the scan on most sides, and no ground was seen around it.
+    /// It runs out of the scan on most sides, or is walled in, and no ground was seen around it.
     CutOff,
     /// Its volume is not clear of its own uncertainty, or its mean height not of the margin within
     /// which the ground lies.
@@ -36,8 +36,7 @@ pub enum Reason {
 
 /// The reason why the object is no pile, if there is one.
 pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Reason> {
-    let rim: Vec<usize> = patch.rim().collect();
-    if rim.len() == patch.cells(Zone::Core).count() {
+    if patch.rim().count() == patch.cells(Zone::Core).count() {
         return Some(Reason::Thin);
     }
     let top = top(patch, above);
@@ -49,7 +48,7 @@ pub(crate) fn why_no_pile(patch: &Patch, above: &[f64], margin_m: f64) -> Option
     let low = (LOW * top).max(2.0 * margin_m);
     let high = |&cell: &usize| above[cell] > low;
     let tells = |&cell: &usize| sees_outside(patch, above, cell) && !wall::is_beside(patch, cell);
-    let seen: Vec<usize> = rim.into_iter().filter(tells).collect();
+    let seen: Vec<usize> = patch.rim().filter(tells).collect();
     let share = seen.iter().filter(|cell| high(cell)).count() as f64 / seen.len().max(1) as f64;
     (share > HIGH_SHARE).then_some(Reason::SteepSides)
 }

@@ -1,6 +1,7 @@
 //! Walls: what stands beside the surface, told by the points off it.
 
 use super::face::FEWEST;
+use super::retaining::{is_lip, is_retaining};
 use super::territory::EIGHT;
 use crate::Point;
 use crate::cancel::Polled;
@@ -20,10 +21,16 @@ pub(super) struct Walls {
     pub(super) is: Vec<bool>,
     /// Those that are as high as the surface before them: the face was not seen.
     pub(super) flush: Vec<bool>,
+    /// Those of which only the top was seen.
+    pub(super) tops: Vec<bool>,
     /// Whether a wall stands where there is no surface.
     pub(super) standing: Vec<bool>,
     /// Whether something is higher than a surface there.
     pub(super) mixed: Vec<bool>,
+    /// Whether a wall is there, or a gap in it.
+    pub(super) walls: Vec<bool>,
+    /// Those of retaining walls.
+    pub(super) retaining: Vec<bool>,
 }
 
 impl Walls {
@@ -51,15 +58,35 @@ impl Walls {
             is[cell] = mixed[cell] && column.len() >= FEWEST && low < reach_m;
             ends_m[cell] = [column[0].1[2], column[column.len() - 1].1[2]];
         }
-        let standing = standing(grid, heights_m, &is, &ends_m);
+        let mut standing = vec![false; grid.len()];
+        let (mut retaining, mut walls) = (standing.clone(), standing.clone());
+        for thing in things(grid, heights_m, &is, &ends_m) {
+            let rises = to_f64(thing.iter().filter(|&&cell| is[cell]).count());
+            let retains = is_retaining(grid, heights_m, &thing, margin_m);
+            if !retains && rises <= ALONG * to_f64(thing.len()) {
+                continue;
+            }
+            for cell in thing {
+                standing[cell] = is_bare(heights_m, &ends_m, cell);
+                retaining[cell] = retains;
+                walls[cell] = true;
+            }
+        }
         let is_flush = |cell: usize| {
             let level =
                 |n: usize| ends_m[cell].iter().all(|end| (end - heights_m[n]).abs() < reach_m);
             standing[cell] && !is[cell] && grid.around(cell, 1).any(level)
         };
         let flush: Vec<bool> = (0..grid.len()).map(is_flush).collect();
-        is.iter_mut().zip(&flush).for_each(|(is, flush)| *is |= flush);
-        Self { is, flush, standing, mixed }
+        let is_top = |cell: usize| retaining[cell] && standing[cell] && !is[cell] && !flush[cell];
+        let tops = (0..grid.len()).map(is_top).collect();
+        let lip = |&cell: &usize| is_lip(grid, heights_m, &retaining, cell, margin_m);
+        for cell in (0..grid.len()).filter(lip).collect::<Vec<_>>() {
+            (standing[cell], retaining[cell]) = (true, true);
+        }
+        let is_wall = |cell: usize| is[cell] || flush[cell] || retaining[cell] && standing[cell];
+        let is = (0..grid.len()).map(is_wall).collect();
+        Self { is, flush, standing, tops, mixed, walls, retaining }
     }
 }
 
@@ -89,20 +116,13 @@ fn barred(grid: &Grid, cells: &[bool]) -> Vec<bool> {
     (0..cells.len()).map(|cell| cells[cell] || corner(cell)).collect()
 }
 
-/// The cells without a surface that hold loose points and are joined, by such cells, to one in which
-/// a face rises.
-fn standing(grid: &Grid, heights_m: &[f64], is: &[bool], ends_m: &[[f64; 2]]) -> Vec<bool> {
-    if !is.contains(&true) {
-        return vec![false; is.len()];
-    }
-    let bare = |cell: usize| heights_m[cell].is_nan() && !ends_m[cell][0].is_nan();
-    let mut standing = vec![false; grid.len()];
-    let cells: Vec<bool> = (0..grid.len()).map(|cell| is[cell] || bare(cell)).collect();
-    for thing in components(grid, closed(grid, &cells), &EIGHT) {
-        let rises = thing.iter().filter(|&&cell| is[cell]).count();
-        if to_f64(rises) > ALONG * to_f64(thing.len()) {
-            thing.into_iter().filter(|&cell| bare(cell)).for_each(|cell| standing[cell] = true);
-        }
-    }
-    standing
+/// Cells without a surface that hold loose points, and those in which a face rises, joined.
+fn things(grid: &Grid, heights_m: &[f64], is: &[bool], ends_m: &[[f64; 2]]) -> Vec<Vec<usize>> {
+    let cells: Vec<bool> =
+        (0..grid.len()).map(|cell| is[cell] || is_bare(heights_m, ends_m, cell)).collect();
+    components(grid, closed(grid, &cells), &EIGHT)
+}
+
+fn is_bare(heights_m: &[f64], ends_m: &[[f64; 2]], cell: usize) -> bool {
+    heights_m[cell].is_nan() && !ends_m[cell][0].is_nan()
 }

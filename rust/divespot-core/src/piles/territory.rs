@@ -16,6 +16,8 @@ pub(crate) struct Territory {
 }
 
 pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+/// One direction of each pair of opposite ones.
+pub(crate) const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
 pub(crate) const EIGHT: [(isize, isize); 8] =
     [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 

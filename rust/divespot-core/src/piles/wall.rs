@@ -17,6 +17,12 @@ const HALF: Part = Part { share: 0.5, off_m: [0.0; 2], u_share: 0.289 };
 /// quarter of a cell is this one's on average.
 const FLUSH: Part = Part { share: 0.25, off_m: [0.0; 2], u_share: 0.433 };
 
+/// Where of a wall the top alone was seen, nearly all of its cell is the wall's: with points on a
+/// quarter of it, the pile would have a surface there (rectangular, as below).
+const TOP: Part = Part { share: 0.125, off_m: [0.0; 2], u_share: 0.072 };
+/// The wall's top begins somewhere in the last cell of the pile, beyond that quarter.
+const MIXED: Part = Part { share: 0.625, off_m: [0.0; 2], u_share: 0.217 };
+
 /// The object with half of each cell in which a wall rises beside it, and no toe behind the walls.
 pub(crate) fn up_to_walls(mut patch: Patch, base: &Base) -> Patch {
     let is_core = |n: usize| patch.zones[n] == Zone::Core;
@@ -47,7 +53,24 @@ pub(crate) fn up_to_walls(mut patch: Patch, base: &Base) -> Patch {
         patch.zones[cell] = Zone::Toe;
         patch.heights_m[cell] = base.at(patch.grid.center(cell)) + height_m;
         patch.walls[cell] = true;
-        patch.count_part(cell, if patch.flush[cell] { FLUSH } else { HALF });
+        let part = match (patch.flush[cell], patch.tops[cell]) {
+            (true, _) => FLUSH,
+            (false, true) => TOP,
+            (false, false) => HALF,
+        };
+        patch.count_part(cell, part);
+    }
+    before_tops(patch)
+}
+
+/// The object with a part of its last cells before walls of which the top alone was seen.
+fn before_tops(mut patch: Patch) -> Patch {
+    let is_last = |&cell: &usize| {
+        let at_top = || patch.around(cell, 1).any(|n| patch.walls[n] && patch.tops[n]);
+        patch.mixed[cell] && patch.zones[cell] == Zone::Core && at_top()
+    };
+    for cell in (0..patch.zones.len()).filter(is_last).collect::<Vec<_>>() {
+        patch.count_part(cell, MIXED);
     }
     patch
 }

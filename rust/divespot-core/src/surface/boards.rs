@@ -13,13 +13,11 @@ use crate::cancel::Polled;
 use crate::connectivity::components;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
-use crate::piles::EIGHT;
+use crate::piles::{AXES, EIGHT};
 use crate::robust::median;
 
 /// Fewer cells tell of no board one side of which was not seen.
 const FEWEST: usize = 5;
-/// One direction of each pair of opposite sides.
-const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
 /// A wall's face drops by this share of all that it drops within two cells of its lip.
 const AT_ONCE: f64 = 0.8;
 /// So many cells beyond the lip of a face it is at its foot.
@@ -90,7 +88,7 @@ impl<'a> Relief<'a> {
             lowest_m: (0..grid.len()).map(|cell| run(cell)[0]).collect(),
             highest_m: (0..grid.len()).map(|cell| run(cell)[1]).collect(),
             noise_m,
-            level_m: 0.5 * reach.near_m,
+            level_m: reach.near_m,
             farthest,
         }
     }

@@ -1,0 +1,100 @@
+//! Objects as walls leave them.
+
+use std::collections::BTreeMap;
+
+use super::found::Found;
+use super::patch::Scene;
+use super::standing::GAP;
+use super::territory::{FOUR, NOBODY};
+use crate::connectivity::components_joined;
+use crate::count::to_f64;
+
+/// What meets ground along less than this share of the edge of a square of its size meets none, and
+/// what meets walls along more than that is held by them.
+const ALONG: f64 = 0.1;
+
+/// What walls part from an object and is smaller than this share of it is left from the walls.
+const CRUMB: f64 = 0.05;
+
+/// Objects by cell, and the first of those that walls part from all ground.
+pub(crate) struct Divided {
+    pub(crate) labels: Vec<i32>,
+    pub(crate) first_apart: i32,
+}
+
+impl Divided {
+    /// What walls part from all ground is an object of its own: what lies in an open container is no
+    /// part of a pile that leans on it.
+    pub(crate) fn of(scene: &Scene<'_>, found: &Found) -> Self {
+        let (grid, labels) = (scene.grid, &found.labels);
+        let (walls, retaining) = (&scene.faces.walls, &scene.faces.retaining);
+        let first_apart = labels.iter().max().map_or(0, |most| most + 1);
+        if !walls.contains(&true) && !retaining.contains(&true) {
+            return Self { labels: labels.clone(), first_apart };
+        }
+        let mut labels = without_feet(scene, labels.clone());
+        let free = labels.iter().zip(walls).map(|(&label, wall)| label != NOBODY && !wall);
+        let parts = components_joined(grid, free.collect(), &FOUR, |a, b| labels[a] == labels[b]);
+        let seen = largest_seen(scene, &parts);
+        let mut largest = BTreeMap::new();
+        for (part, seen) in parts.iter().zip(&seen) {
+            let most = largest.entry(labels[part[0]]).or_insert(0);
+            *most = seen.len().max(*most);
+        }
+        let mut next = first_apart;
+        for (part, seen) in parts.iter().zip(&seen) {
+            let most = largest[&labels[part[0]]];
+            if to_f64(seen.len()) < CRUMB * to_f64(most) {
+                part.iter().for_each(|&cell| labels[cell] = NOBODY);
+            } else if is_apart(scene, found, seen) {
+                part.iter().for_each(|&cell| labels[cell] = next);
+                next += 1;
+            }
+        }
+        (0..labels.len()).filter(|&cell| retaining[cell]).for_each(|cell| labels[cell] = NOBODY);
+        Self { labels, first_apart }
+    }
+}
+
+/// The largest piece of each part that was seen.
+fn largest_seen(scene: &Scene<'_>, parts: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let mut of = vec![usize::MAX; scene.grid.len()];
+    let mut seen = vec![false; scene.grid.len()];
+    for (number, &cell) in parts.iter().enumerate().flat_map(|(k, p)| p.iter().map(move |c| (k, c)))
+    {
+        of[cell] = number;
+        seen[cell] = !scene.heights_m[cell].is_nan();
+    }
+    let mut largest = vec![Vec::new(); parts.len()];
+    for piece in components_joined(scene.grid, seen, &FOUR, |a, b| of[a] == of[b]) {
+        let most: &mut Vec<usize> = &mut largest[of[piece[0]]];
+        if piece.len() > most.len() {
+            *most = piece;
+        }
+    }
+    largest
+}
+
+/// Whether what was seen of a part is held by walls and meets no ground; crumbs in the shadow behind a
+/// container meet the ground there.
+fn is_apart(scene: &Scene<'_>, found: &Found, seen: &[usize]) -> bool {
+    let along = |meets: &dyn Fn(usize) -> bool| {
+        let at = |&&cell: &&usize| scene.grid.around(cell, GAP).any(meets);
+        to_f64(seen.iter().filter(at).count()) > ALONG * 4.0 * to_f64(seen.len()).sqrt()
+    };
+    let is_ground = |cell: usize| found.ground[cell] && !scene.heights_m[cell].is_nan();
+    along(&|cell| scene.faces.bars[cell]) && !along(&is_ground)
+}
+
+/// The labels without what is thin beside a face: its foot, mixed with the ground in one cell.
+fn without_feet(scene: &Scene<'_>, mut labels: Vec<i32>) -> Vec<i32> {
+    let (grid, retaining) = (scene.grid, &scene.faces.retaining);
+    let beside =
+        |cell: usize| labels[cell] != NOBODY && grid.around(cell, GAP).any(|n| retaining[n]);
+    let own = |cell: usize, n: usize| labels[n] == labels[cell] && !scene.heights_m[n].is_nan();
+    let full = |cell: usize| grid.around(cell, 1).all(|n| own(cell, n));
+    let thin = |cell: &usize| beside(*cell) && !grid.around(*cell, 1).any(full);
+    let feet: Vec<usize> = (0..labels.len()).filter(thin).collect();
+    feet.into_iter().for_each(|cell| labels[cell] = NOBODY);
+    labels
+}

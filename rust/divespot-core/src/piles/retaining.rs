@@ -1,0 +1,158 @@
+//! Retaining walls: what holds material back on one side, told without a look at its face.
+//!
+//! From above, the top of a wall looks like something that hangs: no point lies between it and the
+//! ground. But below what hangs the surface goes on, no steeper than material lies; across a wall that
+//! a pile leans on it drops at once.
+
+use super::base::{Kind, weighted_plane};
+use super::territory::AXES;
+use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
+
+/// It holds back what lies on one side of it in so many of its cells.
+const RETAINED: usize = 8;
+/// The surface before it goes on as it is in the cells so many columns and rows away.
+const SUPPORT: usize = 4;
+/// No wall is so many cells thick.
+const WIDEST: isize = 12;
+
+/// Whether a thing holds back what lies on one side of it: across it the surface drops more steeply
+/// than material could. Below what hangs it goes on.
+pub(super) fn is_retaining(grid: &Grid, heights_m: &[f64], thing: &[usize], margin_m: f64) -> bool {
+    let across = |cell: usize, (dx, dy): (isize, isize)| {
+        let end = |sign: isize| {
+            let at = |k: isize| grid.neighbor(cell, sign * k * dx, sign * k * dy);
+            (1..=WIDEST).find_map(|k| at(k).filter(|&n| !heights_m[n].is_nan()).map(|n| (k, n)))
+        };
+        let (Some((a, m)), Some((b, n))) = (end(1), end(-1)) else { return false };
+        let run_m = ((a + b) as f64) * (dx as f64).hypot(dy as f64) * grid.cell_m;
+        (heights_m[m] - heights_m[n]).abs() > NEVER_STEEPER * run_m + margin_m
+    };
+    let retains =
+        |&&cell: &&usize| heights_m[cell].is_nan() && AXES.iter().any(|&axis| across(cell, axis));
+    thing.iter().filter(retains).nth(RETAINED - 1).is_some()
+}
+
+/// Whether a cell beside a retaining wall holds some of it: it lies higher than the surface that comes to it.
+pub(super) fn is_lip(
+    grid: &Grid,
+    heights_m: &[f64],
+    retaining: &[bool],
+    cell: usize,
+    margin_m: f64,
+) -> bool {
+    if heights_m[cell].is_nan() || retaining[cell] || !grid.around(cell, 1).any(|n| retaining[n]) {
+        return false;
+    }
+    let center = grid.center(cell);
+    let off = |n: usize| {
+        let [x, y] = grid.center(n);
+        [x - center[0], y - center[1]]
+    };
+    let to_wall = grid.around(cell, 1).filter(|&n| retaining[n]).map(off);
+    let [u, v] = to_wall.fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
+    let before = |&n: &usize| {
+        let [x, y] = off(n);
+        !heights_m[n].is_nan() && x * u + y * v < 0.0 && !grid.around(n, 1).any(|n| retaining[n])
+    };
+    let local = |n: usize| {
+        let [x, y] = off(n);
+        [x, y, heights_m[n]]
+    };
+    let local: Vec<[f64; 3]> = grid.around(cell, SUPPORT).filter(before).map(local).collect();
+    let weights = local.iter().map(|p| 1.0 / (p[0] * p[0] + p[1] * p[1]));
+    let surface = weighted_plane(&local, weights, Kind::Ring);
+    surface.is_some_and(|surface| heights_m[cell] > surface[0] + margin_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::face::tests::{objects, pile};
+    use super::super::tests::CELL;
+    use super::*;
+    use crate::Point;
+
+    const STEP: f64 = CELL / 3.0;
+
+    fn cone(x: f64, y: f64) -> f64 {
+        (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0)
+    }
+
+    /// Points a third of a cell apart, over each of which something may hang that hides what is below.
+    fn seen_from_above(
+        surface: impl Fn(f64, f64) -> f64,
+        over: impl Fn(f64, f64) -> Option<f64>,
+    ) -> Vec<Point> {
+        let at = |i: i32| (f64::from(i) + 0.5) * STEP;
+        let place = |i: i32| (at(i % 384), at(i / 384));
+        let point = |(x, y)| [x, y, over(x, y).unwrap_or_else(|| surface(x, y))];
+        (0..384 * 288).map(place).map(point).collect()
+    }
+
+    fn strip(x: f64, top_m: f64) -> Option<f64> {
+        (4.3..4.4).contains(&x).then_some(top_m)
+    }
+
+    #[test]
+    fn a_wall_of_which_only_the_top_was_seen_is_no_part_of_the_pile() {
+        let before = |x: f64, y: f64| if x < 4.3 { cone(x, y) } else { 0.0 };
+        let points = seen_from_above(before, |x, _| strip(x, 0.7));
+        let at = |i: i32, from: f64| from + 0.01 * (f64::from(i) + 0.5);
+        let truth: f64 =
+            (0..240 * 240).map(|i| 1e-4 * before(at(i % 240, 2.8), at(i / 240, 1.8))).sum();
+        let object = pile(&points);
+        let off = object.volume.net_m3() - truth;
+        assert!(off.abs() < 2.0 * object.budget.combined_m3(), "{off} of {truth}");
+        assert!(off.abs() < 0.03 * truth && object.leans_on_wall, "{off} of {truth}");
+        assert!(objects(&points).iter().filter(|o| o.reason.is_none()).count() == 1);
+    }
+
+    #[test]
+    fn below_a_belt_the_pile_goes_on() {
+        let truth = std::f64::consts::PI * 1.44 * 0.6 / 3.0;
+        let object = pile(&seen_from_above(cone, |x, _| strip(x, 0.7)));
+        assert!((object.volume.net_m3() / truth - 1.0).abs() < 0.01 && !object.leans_on_wall);
+    }
+
+    /// A map of 40 by 40 cells of 1 m; what is not seen lies from column `from` on, `wide` columns.
+    fn across(from: usize, wide: usize, low_m: f64) -> (Grid, Vec<f64>) {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 40, rows: 40 };
+        let height = |cell: usize| match cell % 40 {
+            column if column < from => 30.0,
+            column if column < from + wide => f64::NAN,
+            _ => low_m,
+        };
+        let heights_m = (0..grid.len()).map(height).collect();
+        (grid, heights_m)
+    }
+
+    fn retains(wide: usize, low_m: f64, cells: usize) -> bool {
+        let (grid, heights_m) = across(10, wide, low_m);
+        let thing: Vec<usize> = (0..cells).map(|row| row * 40 + 10).collect();
+        is_retaining(&grid, &heights_m, &thing, 0.0)
+    }
+
+    #[test]
+    fn a_wall_holds_back_what_would_lie_steeper_than_60_degrees_across_it() {
+        // Two cells wide: three from the middle of one side to that of the other, 5.2 m.
+        assert!(retains(2, 30.0 - 5.3, 8) && !retains(2, 30.0 - 5.1, 8));
+        assert!(!retains(2, 30.0 - 5.3, 7));
+    }
+
+    #[test]
+    fn no_wall_is_thicker_than_a_dozen_cells() {
+        assert!(retains(12, 0.0, 8) && !retains(13, 0.0, 8));
+    }
+
+    #[test]
+    fn a_cell_that_is_higher_than_the_surface_before_it_holds_some_of_the_wall() {
+        let (grid, mut heights_m) = across(10, 2, 0.0);
+        heights_m.iter_mut().enumerate().for_each(|(c, h)| *h += 0.5 * (c % 40) as f64);
+        let retaining: Vec<bool> = heights_m.iter().map(|h| h.is_nan()).collect();
+        let cell = 20 * 40 + 9;
+        let lip = |heights_m: &[f64]| is_lip(&grid, heights_m, &retaining, cell, 0.1);
+        assert!(!lip(&heights_m));
+        heights_m[cell] += 0.2;
+        assert!(lip(&heights_m));
+    }
+}
