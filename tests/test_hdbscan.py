@@ -218,8 +218,11 @@ def test_a_wrong_shape_is_named() -> None:
         divespot.hdbscan(np.zeros((10, 2)))
 
 
+# A shell's background jobs start with SIGINT ignored.
 INTERRUPTED = """
+import signal
 import numpy as np, divespot
+signal.signal(signal.SIGINT, signal.default_int_handler)
 points = np.random.default_rng(0).random((1_000_000, 3))
 print("ready", flush=True)
 try:

@@ -11,7 +11,7 @@ from divespot import _native
 from divespot.bases import peak_m
 from divespot.errors import DivespotError
 from divespot.settings import given, needs_ground
-from divespot.surface import NO_GROUND, WALKED
+from divespot.surface import NO_GROUND
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -78,12 +78,12 @@ def _surface_level(
 ) -> GroundLevel:
     """Return a gentle surface through the ground and beneath what stands on it.
 
-    Hills are found on cells as wide as those that were walked: facets of a triangulated surface
-    are smooth, whatever its noise. What was dug out below a base that was given, or inside an
-    outline, is no hole in the ground.
+    Hills are found on cells as wide as the points' spacing: the facets of a triangulated surface
+    are smooth, whatever its noise, and wider cells round a pile of a dozen points off. What was
+    dug out below a base that was given, or inside an outline, is no hole in the ground.
     """
     rows, columns = grid.heights_m.shape
-    by = max(1, round(WALKED * scan.spacing_m / grid.cell_m))
+    by = max(1, round(scan.spacing_m / grid.cell_m))
     heights_m = _blocks(grid.heights_m, by)
 
     with_holes = settings.base == "local" and settings.outline is None

@@ -13,6 +13,8 @@ use crate::slopes::Slopes;
 /// A part of fewer cells is no level; nor is one of less than this share of the largest.
 const FEWEST: usize = 40;
 const SHARE: f64 = 0.02;
+/// But of a scan of few cells one is of this share of all that was seen.
+const MUCH: f64 = 0.1;
 /// A level's edge goes a way with this share of it.
 const MOST: f64 = 0.75;
 const SOME: f64 = 0.25;
@@ -83,7 +85,8 @@ impl Levels {
         let gentle = slopes.gentle.iter().zip(heights_m).map(|(&gentle, h)| gentle && !h.is_nan());
         let parts = components(grid, gentle.collect(), &FOUR);
         let largest = parts.iter().map(Vec::len).max().unwrap_or(0);
-        let fewest = FEWEST.max((SHARE * to_f64(largest)) as usize);
+        let seen = to_f64(heights_m.iter().filter(|h| !h.is_nan()).count());
+        let fewest = FEWEST.min((MUCH * seen) as usize).max((SHARE * to_f64(largest)) as usize);
         let near_m = GENTLE * grid.cell_m + CLEAR * slopes.noise_m;
         let on_plane = |part: &[usize]| part.iter().all(|&cell| heights_m[cell].abs() <= near_m);
         let is_level = |part: &Vec<usize>| part.len() >= fewest || on_plane(part);
@@ -220,6 +223,17 @@ mod tests {
             |width, length| levels(&grid(40, 40), plate(width, length, [10.0, 10.0])).edges.len();
         // A cell at the edge of a plate is not gentle: windows reach a cell far.
         assert_eq!((count(8.0, 12.0), count(7.0, 8.0)), (2, 1));
+    }
+
+    #[test]
+    fn of_a_scan_of_few_cells_a_tenth_is_a_level() {
+        let count = |side: usize, width| {
+            levels(&grid(side, side), plate(width, width, [3.0, 3.0])).edges.len()
+        };
+        // Of 225 cells 22: a plate six cells wide has 16 that are gentle, one of seven 25.
+        assert_eq!((count(15, 6.0), count(15, 7.0)), (1, 2));
+        // Of 576 cells, 40.
+        assert_eq!((count(24, 8.0), count(24, 9.0)), (1, 2));
     }
 
     #[test]
