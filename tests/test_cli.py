@@ -440,8 +440,10 @@ def test_terminal_without_our_letters(heap: Path) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="no SIGINT to send")
 def test_ctrl_c_is_quiet(tmp_path: Path) -> None:
+    # A shell's background jobs start with SIGINT ignored.
     code = (
-        "import divespot.simulate.scan as s, divespot.cli as c, time\n"
+        "import divespot.simulate.scan as s, divespot.cli as c, signal, time\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "def slow(*a, **k):\n print('ready', flush=True)\n time.sleep(60)\n"
         "import divespot.simulate; divespot.simulate.scan = slow\n"
         f"c.main(['simulate', 'shape-01', '-o', {str(tmp_path / 'x.ply')!r}])"
