@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
 from divespot.kernels import radius_outlier_mask, voxel_downsample
+from divespot.selection import rows_of
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np
     if radius_m == 0.0:
         return points
     mask = radius_outlier_mask(points, radius_m, settings.min_neighbors, threads=settings.threads)
-    kept = points.compress(mask, axis=0)  # several times faster than points[mask]
+    kept = rows_of(points, mask)
     if not len(kept):
         raise DivespotError(
             f"no point has {settings.min_neighbors} neighbours within radius_m = {radius_m:.3g}: "
@@ -54,7 +55,7 @@ def scene_cluster(
     if not settings.scene_cluster:
         return points
     labels = find_clusters(points, settings.radius_m, settings)
-    kept = points.compress(labels == 0, axis=0)
+    kept = rows_of(points, labels == 0)
     if not len(kept):
         raise DivespotError("the scene has no cluster: smaller min_cluster_size is needed")
     if len(kept) < 0.9 * len(points):

@@ -14,6 +14,7 @@ from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
 from divespot.report import Source
+from divespot.selection import rows_of
 from divespot.sensor import sensor_place
 
 if TYPE_CHECKING:
@@ -144,4 +145,4 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
         raise DivespotError(
             f"crop keeps {inside.sum()} of {len(inside)} points: at least {FEWEST} are needed"
         )
-    return replace(cloud, points=cloud.points.compress(inside, axis=0))
+    return replace(cloud, points=rows_of(cloud.points, inside))

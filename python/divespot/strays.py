@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from divespot import _native
 from divespot.pose import find_pose
+from divespot.selection import rows_of
 from divespot.spacing import flatness, survey
 
 if TYPE_CHECKING:
@@ -31,6 +32,6 @@ def drop_strays(
     rough = settings.flattened(flatness(found, settings))
     pose = find_pose(points, found, cloud, rough)
     level = pose.level(points, settings.threads)
-    kept = points.compress(_native.surface_mask(level, settings.threads), axis=0)
+    kept = rows_of(points, _native.surface_mask(level, settings.threads))
     again = survey(kept, seed=settings.seed, threads=settings.threads)
     return kept, again, settings.flattened(flatness(again, settings))

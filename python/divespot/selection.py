@@ -1,0 +1,26 @@
+"""Some rows of a cloud."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: Rows that are copied in one go, in less than a tenth of a second: Ctrl-C is heard in between.
+BLOCK = 500_000
+
+
+def rows_of(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the rows for which the mask is true."""
+    chosen = np.empty((np.count_nonzero(mask), points.shape[1]))
+    at = 0
+    for first in range(0, len(points), BLOCK):
+        block = slice(first, first + BLOCK)
+        # Several times faster than points[mask].
+        part = points[block].compress(mask[block], axis=0)
+        chosen[at : at + len(part)] = part
+        at += len(part)
+    return chosen
