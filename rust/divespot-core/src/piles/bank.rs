@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::base::{Base, Kind, value, weighted_plane};
+use super::near_plane::places_about;
 use super::patch::{Patch, Zone};
 use super::territory::FOUR;
 use crate::count::to_f64;
@@ -116,16 +117,9 @@ fn four(patch: &Patch, cell: usize) -> impl Iterator<Item = usize> + '_ {
 /// The face about a cell as the bank's cells around one of them let expect, where it goes down there
 /// and material could lie on it. Cells beside the object hold some of it, too.
 fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<Face> {
-    let center = patch.grid.center(cell);
     let beside = |n: usize| patch.around(n, TOE).any(|n| patch.zones[n] == Zone::Core);
-    let local: Vec<[f64; 3]> = patch
-        .around(bank, SUPPORT)
-        .filter(|&n| patch.banks[n] && !beside(n))
-        .map(|n| {
-            let [x, y] = patch.grid.center(n);
-            [x - center[0], y - center[1], patch.heights_m[n]]
-        })
-        .collect();
+    let clean = patch.around(bank, SUPPORT).filter(|&n| patch.banks[n] && !beside(n));
+    let local = places_about(&patch.grid, &patch.heights_m, cell, clean);
     if local.len() < FEWEST {
         return None;
     }

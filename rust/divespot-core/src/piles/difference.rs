@@ -126,9 +126,9 @@ impl<'a> Rise<'a> {
         );
         let all = [upper_loose, other_loose].concat();
         let mut faces = Faces::of(grid, &above_m, &standing(grid, all), settings.margin_m);
-        faces.is.iter_mut().zip(&level.is).for_each(|(is, other)| *is |= *other);
-        (0..grid.len()).filter(|&c| faces.is[c]).for_each(|c| heights_m[c] = f64::NAN);
-        let outside = flood(grid, |cell| heights_m[cell].is_nan() && !faces.is[cell]);
+        faces.walls.is.iter_mut().zip(&level.walls.is).for_each(|(is, other)| *is |= *other);
+        (0..grid.len()).filter(|&c| faces.walls.is[c]).for_each(|c| heights_m[c] = f64::NAN);
+        let outside = flood(grid, |cell| heights_m[cell].is_nan() && !faces.walls.is[cell]);
         let hull = hidden::beyond(grid, &heights_m);
         let unseen = |cell: usize| heights_m[cell].is_nan() && outside[cell];
         let beyond = (0..grid.len()).map(|cell| hull[cell] || unseen(cell)).collect();

@@ -27,7 +27,7 @@ impl Divided {
     /// part of a pile that leans on it.
     pub(crate) fn of(scene: &Scene<'_>, found: &Found) -> Self {
         let (grid, labels) = (scene.grid, &found.labels);
-        let (walls, retaining) = (&scene.faces.walls, &scene.faces.retaining);
+        let (walls, retaining) = (&scene.faces.walls.cells, &scene.faces.walls.retaining);
         let first_apart = labels.iter().max().map_or(0, |most| most + 1);
         if !walls.contains(&true) && !retaining.contains(&true) {
             return Self { labels: labels.clone(), first_apart };
@@ -88,7 +88,7 @@ fn is_apart(scene: &Scene<'_>, found: &Found, seen: &[usize]) -> bool {
 
 /// The labels without what is thin beside a face: its foot, mixed with the ground in one cell.
 fn without_feet(scene: &Scene<'_>, mut labels: Vec<i32>) -> Vec<i32> {
-    let (grid, retaining) = (scene.grid, &scene.faces.retaining);
+    let (grid, retaining) = (scene.grid, &scene.faces.walls.retaining);
     let beside =
         |cell: usize| labels[cell] != NOBODY && grid.around(cell, GAP).any(|n| retaining[n]);
     let own = |cell: usize, n: usize| labels[n] == labels[cell] && !scene.heights_m[n].is_nan();

@@ -3,11 +3,12 @@
 //! A cell at the face of a wall holds points on the surface and many more up the face. The pile goes
 //! on to the face as it came: the cell counts by the share of it that lies before the face.
 
-use super::base::{Base, Kind, value, weighted_plane};
+use super::base::{Base, value};
 use super::found::Found;
+use super::near_plane::{near_plane, places_about};
 use super::patch::{Patch, Scene, Zone};
 use super::region::{Part, Ring, moments, part};
-use super::standing::{self, GAP, Walls};
+use super::standing::{GAP, Walls};
 use super::territory::NOBODY;
 use super::{hidden, wall};
 use crate::Point;
@@ -34,22 +35,10 @@ const LOWER: f64 = 0.5;
 
 /// The faces of a scene.
 pub(crate) struct Faces {
-    /// Whether a face rises in a cell.
-    pub(crate) is: Vec<bool>,
+    /// What stands in each cell, banks included.
+    pub(crate) walls: Walls,
     /// Cells of walls, with the gaps between them closed: nothing goes on across them.
     pub(crate) bars: Vec<bool>,
-    /// Those of them that are as high as the surface before them: the face was not seen.
-    pub(crate) flush: Vec<bool>,
-    /// Cells of walls, and of the gaps in them.
-    pub(crate) walls: Vec<bool>,
-    /// Those of retaining walls and of banks.
-    pub(crate) retaining: Vec<bool>,
-    /// Those of which only the top was seen.
-    pub(crate) tops: Vec<bool>,
-    /// Cells without a surface that walls stand in.
-    standing: Vec<bool>,
-    /// Cells of a surface over which something rises.
-    pub(crate) mixed: Vec<bool>,
     /// The points that may be on a face with their cells, in order of both.
     risen: Vec<(usize, Point)>,
 }
@@ -59,15 +48,14 @@ impl Faces {
     /// steepest material could reach in a cell: loose points, or a bank beside an object.
     pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
         let mut risen = by_cell(grid, &found.loose, |_| true);
-        let Walls { mut is, flush, tops, standing, mixed, walls, mut retaining } =
-            Walls::of(grid, heights_m, &risen, margin_m);
+        let mut walls = Walls::of(grid, heights_m, &risen, margin_m);
         let step_m = NEVER_STEEPER * grid.cell_m;
         let rises =
             |cell: usize, from: usize| heights_m[cell] - heights_m[from] > step_m + margin_m;
         let banks: Vec<usize> = (0..grid.len())
             .filter(|&cell| found.is_bank(cell))
             .filter(|&c| {
-                let at_face = grid.around(c, GAP).any(|n| is[n]);
+                let at_face = grid.around(c, GAP).any(|n| walls.is[n]);
                 let beside = |n: usize| found.labels[n] != NOBODY && (at_face || rises(c, n));
                 grid.around(c, 1).any(beside)
             })
@@ -75,21 +63,21 @@ impl Faces {
         if !banks.is_empty() {
             let mut near = vec![false; grid.len()];
             banks.iter().flat_map(|&c| grid.around(c, BEYOND)).for_each(|n| near[n] = true);
-            banks.iter().for_each(|&cell| (is[cell], retaining[cell]) = (true, true));
+            banks.iter().for_each(|&c| (walls.is[c], walls.retaining[c]) = (true, true));
             risen.extend(by_cell(grid, &found.surface, |cell| near[cell]));
             risen.sort_unstable_by(by_place);
         }
-        let bars = standing::bars(grid, &is, &standing);
-        Self { is, bars, flush, walls, retaining, tops, standing, mixed, risen }
+        let bars = walls.bars(grid);
+        Self { walls, bars, risen }
     }
 
     /// The cells that lie outside of the hull of what was seen of the surface. What is hidden between
     /// it and the walls around it is no end of the scan, but what was not seen of a wall's top is.
     pub(crate) fn beyond(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
         let known = |(&h, &stands): (&f64, &bool)| if h.is_nan() && stands { 0.0 } else { h };
-        let all: Vec<f64> = heights_m.iter().zip(&self.standing).map(known).collect();
+        let all: Vec<f64> = heights_m.iter().zip(&self.walls.standing).map(known).collect();
         let outside = hidden::beyond(grid, &all);
-        if !self.standing.contains(&true) {
+        if !self.walls.standing.contains(&true) {
             return outside;
         }
         let unseen = |cell: usize| all[cell].is_nan() && !outside[cell] && !self.bars[cell];
@@ -186,7 +174,7 @@ impl<'a> NearWalls<'a> {
             patch.zones[cell] == Zone::Core
                 && !patch.heights_m[cell].is_nan()
                 && !patch.walls[cell]
-                && !scene.faces.mixed[scene.grid.cell(&patch.grid.center(cell))]
+                && !patch.mixed[cell]
         };
         let clean = (0..patch.zones.len()).map(clean).collect();
         Self { patch, scene, base, near: near(BEYOND), beside: near(1), clean, margin_m }
@@ -252,13 +240,8 @@ impl Surface {
     fn around(near: &NearWalls<'_>, cell: usize) -> Option<Self> {
         let (patch, center_m) = (near.patch, near.patch.grid.center(cell));
         let clean = patch.around(cell, SUPPORT).filter(|&n| near.clean[n] && !near.beside[n]);
-        let local = |n: usize| {
-            let [x, y] = patch.grid.center(n);
-            [x - center_m[0], y - center_m[1], patch.heights_m[n]]
-        };
-        let local: Vec<[f64; 3]> = clean.map(local).collect();
-        let weights = local.iter().map(|p| 1.0 / (p[0] * p[0] + p[1] * p[1]));
-        let plane = weighted_plane(&local, weights, Kind::Ring)?;
+        let local = places_about(&patch.grid, &patch.heights_m, cell, clean);
+        let plane = near_plane(&local)?;
         let mean = |k: usize| local.iter().map(|p| p[k]).sum::<f64>() / local.len() as f64;
         let from = [center_m[0] + mean(0), center_m[1] + mean(1)];
         (plane[1].hypot(plane[2]) < NEVER_STEEPER).then_some(Self { plane, center_m, from })

@@ -20,6 +20,7 @@ mod floating;
 mod found;
 mod gaps;
 mod hidden;
+mod near_plane;
 mod nodes;
 mod object;
 mod outline;
@@ -40,8 +41,8 @@ mod valley;
 mod wall;
 mod waves;
 
+pub(crate) use base::value;
 pub use base::{Base, Kind};
-pub(crate) use base::{value, weighted_plane};
 pub use budget::Budget;
 pub use difference::{Seen, measure_difference};
 pub use found::Found;
@@ -61,6 +62,7 @@ use crate::parallel::map_each;
 use crate::thread_count;
 use divided::Divided;
 pub(crate) use hidden::beyond;
+pub(crate) use near_plane::{near_plane, places_about};
 use object::{object, why_no_pile};
 use patch::{Patch, Reach, Scene};
 use ring::ring_plane;
@@ -149,8 +151,8 @@ fn measured(
     let pairs = with_their_flanks(&scene, &labels, &around, settings);
     let mut objects = map_each(&pairs, thread_count(settings.threads), alone).concat();
     clear::mark(&mut objects, settings);
-    let walled_in = objects.iter_mut().filter(|o| o.label >= divided.first_apart);
     if settings.base.is_none() {
+        let walled_in = objects.iter_mut().filter(|o| o.label >= divided.first_apart);
         walled_in.for_each(|object| object.reason = Some(Reason::CutOff));
     }
     Ok(objects)

@@ -81,7 +81,7 @@ impl<'a> Scene<'a> {
         let mut heights_m = hidden::without_lone(grid, heights_m);
         let faces = Faces::of(grid, &heights_m, found, margin_m);
         let beyond = faces.beyond(grid, &heights_m);
-        (0..grid.len()).filter(|&c| faces.is[c]).for_each(|c| heights_m[c] = f64::NAN);
+        (0..grid.len()).filter(|&c| faces.walls.is[c]).for_each(|c| heights_m[c] = f64::NAN);
         let is_bank = |cell: usize| found.is_bank(cell) && !heights_m[cell].is_nan();
         let banks = (0..grid.len()).map(is_bank).collect();
         Ok(Self { grid, heights_m, beyond, faces, banks })
@@ -163,10 +163,10 @@ impl Patch {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
             border: cells.iter().map(|&cell| scene.grid.is_border(cell)).collect(),
-            walls: cells.iter().map(|&cell| scene.faces.is[cell]).collect(),
-            flush: cells.iter().map(|&cell| scene.faces.flush[cell]).collect(),
-            tops: cells.iter().map(|&cell| scene.faces.tops[cell]).collect(),
-            mixed: cells.iter().map(|&cell| scene.faces.mixed[cell]).collect(),
+            walls: cells.iter().map(|&cell| scene.faces.walls.is[cell]).collect(),
+            flush: cells.iter().map(|&cell| scene.faces.walls.flush[cell]).collect(),
+            tops: cells.iter().map(|&cell| scene.faces.walls.tops[cell]).collect(),
+            mixed: cells.iter().map(|&cell| scene.faces.walls.mixed[cell]).collect(),
             bars: cells.iter().map(|&cell| scene.faces.bars[cell]).collect(),
             banks: cells.iter().map(|&cell| scene.banks[cell]).collect(),
             beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),

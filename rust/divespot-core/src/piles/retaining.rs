@@ -4,7 +4,7 @@
 //! ground. But below what hangs the surface goes on, no steeper than material lies; across a wall that
 //! a pile leans on it drops at once.
 
-use super::base::{Kind, weighted_plane};
+use super::near_plane::{near_plane, places_about};
 use super::territory::AXES;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
@@ -33,7 +33,8 @@ pub(super) fn is_retaining(grid: &Grid, heights_m: &[f64], thing: &[usize], marg
     thing.iter().filter(retains).nth(RETAINED - 1).is_some()
 }
 
-/// Whether a cell beside a retaining wall holds some of it: it lies higher than the surface that comes to it.
+/// Whether a cell beside a retaining wall holds some of it: it lies higher than the surface that comes
+/// to it.
 pub(super) fn is_lip(
     grid: &Grid,
     heights_m: &[f64],
@@ -44,25 +45,14 @@ pub(super) fn is_lip(
     if heights_m[cell].is_nan() || retaining[cell] || !grid.around(cell, 1).any(|n| retaining[n]) {
         return false;
     }
-    let center = grid.center(cell);
-    let off = |n: usize| {
-        let [x, y] = grid.center(n);
-        [x - center[0], y - center[1]]
-    };
-    let to_wall = grid.around(cell, 1).filter(|&n| retaining[n]).map(off);
-    let [u, v] = to_wall.fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
-    let before = |&n: &usize| {
-        let [x, y] = off(n);
-        !heights_m[n].is_nan() && x * u + y * v < 0.0 && !grid.around(n, 1).any(|n| retaining[n])
-    };
-    let local = |n: usize| {
-        let [x, y] = off(n);
-        [x, y, heights_m[n]]
-    };
-    let local: Vec<[f64; 3]> = grid.around(cell, SUPPORT).filter(before).map(local).collect();
-    let weights = local.iter().map(|p| 1.0 / (p[0] * p[0] + p[1] * p[1]));
-    let surface = weighted_plane(&local, weights, Kind::Ring);
-    surface.is_some_and(|surface| heights_m[cell] > surface[0] + margin_m)
+    let of_wall = grid.around(cell, 1).filter(|&n| retaining[n]);
+    let to_wall = places_about(grid, heights_m, cell, of_wall);
+    let [u, v] = to_wall.iter().fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
+    let is_clean = |&n: &usize| !heights_m[n].is_nan() && !grid.around(n, 1).any(|n| retaining[n]);
+    let mut before =
+        places_about(grid, heights_m, cell, grid.around(cell, SUPPORT).filter(is_clean));
+    before.retain(|p| p[0] * u + p[1] * v < 0.0);
+    near_plane(&before).is_some_and(|surface| heights_m[cell] > surface[0] + margin_m)
 }
 
 #[cfg(test)]

@@ -16,21 +16,21 @@ pub(super) const GAP: usize = 2;
 const ALONG: f64 = 0.2;
 
 /// What stands in each cell.
-pub(super) struct Walls {
+pub(crate) struct Walls {
     /// Whether a face rises.
-    pub(super) is: Vec<bool>,
+    pub(crate) is: Vec<bool>,
     /// Those that are as high as the surface before them: the face was not seen.
-    pub(super) flush: Vec<bool>,
+    pub(crate) flush: Vec<bool>,
     /// Those of which only the top was seen.
-    pub(super) tops: Vec<bool>,
+    pub(crate) tops: Vec<bool>,
     /// Whether a wall stands where there is no surface.
-    pub(super) standing: Vec<bool>,
+    pub(crate) standing: Vec<bool>,
     /// Whether something is higher than a surface there.
-    pub(super) mixed: Vec<bool>,
+    pub(crate) mixed: Vec<bool>,
     /// Whether a wall is there, or a gap in it.
-    pub(super) walls: Vec<bool>,
+    pub(crate) cells: Vec<bool>,
     /// Those of retaining walls.
-    pub(super) retaining: Vec<bool>,
+    pub(crate) retaining: Vec<bool>,
 }
 
 impl Walls {
@@ -42,10 +42,60 @@ impl Walls {
         risen: &[(usize, Point)],
         margin_m: f64,
     ) -> Self {
-        let step_m = NEVER_STEEPER * grid.cell_m;
-        let (clear_m, reach_m) = (step_m + margin_m, 2.0 * step_m + margin_m);
-        let mut is = vec![false; grid.len()];
-        let mut mixed = is.clone();
+        let Risen { mixed, rises, ends_m } = Risen::of(grid, heights_m, risen, margin_m);
+        let is_bare = |cell: usize| heights_m[cell].is_nan() && !ends_m[cell][0].is_nan();
+        let mut standing = vec![false; grid.len()];
+        let (mut retaining, mut cells) = (standing.clone(), standing.clone());
+        for thing in things(grid, &rises, is_bare) {
+            let risen = to_f64(thing.iter().filter(|&&cell| rises[cell]).count());
+            let retains = is_retaining(grid, heights_m, &thing, margin_m);
+            if !retains && risen <= ALONG * to_f64(thing.len()) {
+                continue;
+            }
+            for cell in thing {
+                standing[cell] = is_bare(cell);
+                retaining[cell] = retains;
+                cells[cell] = true;
+            }
+        }
+        let reach_m = reach_m(grid, margin_m);
+        let is_flush = |cell: usize| {
+            let level =
+                |n: usize| ends_m[cell].iter().all(|end| (end - heights_m[n]).abs() < reach_m);
+            standing[cell] && !rises[cell] && grid.around(cell, 1).any(level)
+        };
+        let flush = each(grid, is_flush);
+        let tops = each(grid, |c| retaining[c] && standing[c] && !rises[c] && !flush[c]);
+        let lips = each(grid, |c| is_lip(grid, heights_m, &retaining, c, margin_m));
+        for cell in (0..grid.len()).filter(|&cell| lips[cell]) {
+            (standing[cell], retaining[cell]) = (true, true);
+        }
+        let is = each(grid, |c| rises[c] || flush[c] || retaining[c] && standing[c]);
+        Self { is, flush, tops, standing, mixed, cells, retaining }
+    }
+
+    /// The cells of walls, with the gaps between them closed: nothing goes on across them.
+    pub(super) fn bars(&self, grid: &Grid) -> Vec<bool> {
+        barred(grid, &closed(grid, &each(grid, |cell| self.is[cell] || self.standing[cell])))
+    }
+}
+
+/// What the points off a surface show in each cell.
+struct Risen {
+    /// Something is higher than the surface.
+    mixed: Vec<bool>,
+    /// It rises from there.
+    rises: Vec<bool>,
+    /// The lowest and the highest point.
+    ends_m: Vec<[f64; 2]>,
+}
+
+impl Risen {
+    fn of(grid: &Grid, heights_m: &[f64], risen: &[(usize, Point)], margin_m: f64) -> Self {
+        let clear_m = NEVER_STEEPER * grid.cell_m + margin_m;
+        let reach_m = reach_m(grid, margin_m);
+        let mut mixed = vec![false; grid.len()];
+        let mut rises = mixed.clone();
         let mut ends_m = vec![[f64::NAN; 2]; grid.len()];
         for column in risen.chunk_by(|a, b| a.0 == b.0).polled() {
             let cell = column[0].0;
@@ -55,45 +105,20 @@ impl Walls {
             let (low, high) =
                 above.fold((f64::INFINITY, 0.0_f64), |(low, high), z| (low.min(z), high.max(z)));
             mixed[cell] = high > clear_m;
-            is[cell] = mixed[cell] && column.len() >= FEWEST && low < reach_m;
+            rises[cell] = mixed[cell] && column.len() >= FEWEST && low < reach_m;
             ends_m[cell] = [column[0].1[2], column[column.len() - 1].1[2]];
         }
-        let mut standing = vec![false; grid.len()];
-        let (mut retaining, mut walls) = (standing.clone(), standing.clone());
-        for thing in things(grid, heights_m, &is, &ends_m) {
-            let rises = to_f64(thing.iter().filter(|&&cell| is[cell]).count());
-            let retains = is_retaining(grid, heights_m, &thing, margin_m);
-            if !retains && rises <= ALONG * to_f64(thing.len()) {
-                continue;
-            }
-            for cell in thing {
-                standing[cell] = is_bare(heights_m, &ends_m, cell);
-                retaining[cell] = retains;
-                walls[cell] = true;
-            }
-        }
-        let is_flush = |cell: usize| {
-            let level =
-                |n: usize| ends_m[cell].iter().all(|end| (end - heights_m[n]).abs() < reach_m);
-            standing[cell] && !is[cell] && grid.around(cell, 1).any(level)
-        };
-        let flush: Vec<bool> = (0..grid.len()).map(is_flush).collect();
-        let is_top = |cell: usize| retaining[cell] && standing[cell] && !is[cell] && !flush[cell];
-        let tops = (0..grid.len()).map(is_top).collect();
-        let lip = |&cell: &usize| is_lip(grid, heights_m, &retaining, cell, margin_m);
-        for cell in (0..grid.len()).filter(lip).collect::<Vec<_>>() {
-            (standing[cell], retaining[cell]) = (true, true);
-        }
-        let is_wall = |cell: usize| is[cell] || flush[cell] || retaining[cell] && standing[cell];
-        let is = (0..grid.len()).map(is_wall).collect();
-        Self { is, flush, standing, tops, mixed, walls, retaining }
+        Self { mixed, rises, ends_m }
     }
 }
 
-/// The cells of walls, with the gaps between them closed: nothing goes on across them.
-pub(super) fn bars(grid: &Grid, is: &[bool], standing: &[bool]) -> Vec<bool> {
-    let walls: Vec<bool> = is.iter().zip(standing).map(|(a, b)| *a || *b).collect();
-    barred(grid, &closed(grid, &walls))
+/// How far the points of a face may lie from the surface that it rises from.
+fn reach_m(grid: &Grid, margin_m: f64) -> f64 {
+    2.0 * (NEVER_STEEPER * grid.cell_m) + margin_m
+}
+
+fn each(grid: &Grid, is: impl Fn(usize) -> bool) -> Vec<bool> {
+    (0..grid.len()).map(is).collect()
 }
 
 /// The cells, and the gaps between them: those that lie far from whatever is far from them.
@@ -116,13 +141,8 @@ fn barred(grid: &Grid, cells: &[bool]) -> Vec<bool> {
     (0..cells.len()).map(|cell| cells[cell] || corner(cell)).collect()
 }
 
-/// Cells without a surface that hold loose points, and those in which a face rises, joined.
-fn things(grid: &Grid, heights_m: &[f64], is: &[bool], ends_m: &[[f64; 2]]) -> Vec<Vec<usize>> {
-    let cells: Vec<bool> =
-        (0..grid.len()).map(|cell| is[cell] || is_bare(heights_m, ends_m, cell)).collect();
+/// Cells in which a face rises, and those without a surface that hold loose points, joined.
+fn things(grid: &Grid, rises: &[bool], is_bare: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let cells = each(grid, |cell| rises[cell] || is_bare(cell));
     components(grid, closed(grid, &cells), &EIGHT)
-}
-
-fn is_bare(heights_m: &[f64], ends_m: &[[f64; 2]], cell: usize) -> bool {
-    heights_m[cell].is_nan() && !ends_m[cell][0].is_nan()
 }

@@ -11,7 +11,7 @@ use crate::cancel::Polled;
 use crate::connectivity::components;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
-use crate::piles::{EIGHT, Kind, value, weighted_plane};
+use crate::piles::{EIGHT, near_plane, places_about, value};
 
 /// The surface goes on as it is in the cells so many columns and rows away.
 const SUPPORT: usize = 2;
@@ -115,19 +115,12 @@ fn is_level(columns: &Columns, heights_m: &[f64], cell: usize, top_m: f64, reach
 
 /// The plane through the cells around the foot of a face, the nearest counting most.
 fn foot(grid: &Grid, heights_m: &[f64], faces: &[bool], cell: usize) -> Option<[f64; 3]> {
-    let center = grid.center(cell);
     let clean = grid.around(cell, SUPPORT).filter(|&n| !faces[n] && !heights_m[n].is_nan());
-    let local: Vec<[f64; 3]> = clean
-        .map(|n| {
-            let [x, y] = grid.center(n);
-            [x - center[0], y - center[1], heights_m[n]]
-        })
-        .collect();
+    let local = places_about(grid, heights_m, cell, clean);
     if local.len() < FEWEST {
         return None;
     }
-    let weights = local.iter().map(|p| 1.0 / (p[0] * p[0] + p[1] * p[1]));
-    weighted_plane(&local, weights, Kind::Ring).map(Into::into)
+    near_plane(&local).map(Into::into)
 }
 
 #[cfg(test)]

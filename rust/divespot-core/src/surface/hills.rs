@@ -53,7 +53,7 @@ pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
     let order = downhill(&smooth, &beyond);
     let relief = Relief { grid, heights_m: &filled, smooth_m: &smooth, noise_m: slopes.noise_m };
     let prominence_m = (SIGMAS * slopes.noise_m).max(CELLS * grid.cell_m);
-    let largest = levels.edges.iter().map(|edge| edge.cells).max().unwrap_or(0);
+    let largest = levels.largest();
     let mut is_ground: Vec<bool> =
         levels.edges.iter().map(|edge| edge.is_ground(largest)).collect();
     loop {

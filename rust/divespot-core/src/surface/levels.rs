@@ -105,6 +105,11 @@ impl Levels {
         looker.widen(&mut of);
         Self { of, edges }
     }
+
+    /// The cells of the largest part.
+    pub(crate) fn largest(&self) -> usize {
+        self.edges.iter().map(|edge| edge.cells).max().unwrap_or(0)
+    }
 }
 
 /// Looks at what lies around a part.

@@ -70,7 +70,7 @@ fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
 fn seeds(grid: &Grid, lowest: &[f64]) -> Vec<f64> {
     let slopes = Slopes::of(grid, lowest);
     let levels = Levels::of(grid, lowest, &slopes, &beyond(grid, lowest));
-    let largest = levels.edges.iter().map(|edge| edge.cells).max().unwrap_or(0);
+    let largest = levels.largest();
     let seed = |cell: usize| match levels.of[cell] {
         NONE => f64::NAN,
         part if levels.edges[part as usize].is_lid(largest) => f64::NAN,
