@@ -2,7 +2,8 @@
 
 use arbitrary::Arbitrary;
 use divespot_core::strays::surface_mask;
-use divespot_core::{radius_outlier_mask, sensor, survey, voxel_downsample};
+use divespot_core::voxel::voxels_and_rows;
+use divespot_core::{radius_outlier_mask, sensor, survey};
 
 use crate::{Number, Points};
 
@@ -25,10 +26,10 @@ impl Input {
         if let Ok(mask) = radius_outlier_mask(points, length_m, self.count.into(), threads) {
             assert_eq!(mask.len(), points.len());
         }
-        if let Ok(voxels) = voxel_downsample(points, length_m, threads) {
+        if let Ok((voxels, rows)) = voxels_and_rows(points, length_m, threads) {
             assert_eq!(voxels.counts.iter().sum::<u32>() as usize, points.len());
             assert!(voxels.means.iter().flatten().all(|v| v.is_finite()));
-            assert_eq!(voxels.rows.len(), points.len());
+            assert_eq!(rows.len(), points.len());
         }
         if let Ok(found) = survey::survey(points, self.seed, threads) {
             assert!(found.spacing_m.is_finite() && found.roughness_m.is_finite());

@@ -1,5 +1,6 @@
+use divespot_core::both;
 use divespot_core::surface::{self, Hills};
-use divespot_core::{both, voxel_downsample};
+use divespot_core::voxel::voxels_and_rows;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
@@ -25,13 +26,13 @@ pub(crate) fn surface_and_voxels<'py>(
 ) -> PyResult<(Column<'py, bool>, VoxelParts<'py>)> {
     let (cloud, _) = cloud_for(points, threads, need::VOXELS)?;
     let walk = || surface::surface_points(&cloud.points, cell_m, noise_m, anywhere);
-    let thin = || voxel_downsample(&cloud.points, voxel_m, threads);
-    let (mask, voxels) = attempted(py, || {
+    let thin = || voxels_and_rows(&cloud.points, voxel_m, threads);
+    let (mask, (voxels, of)) = attempted(py, || {
         let (mask, voxels) = both(threads, walk, thin);
         Ok((mask?, voxels?))
     })?;
     let means = rows(py, restored(cloud.origin, voxels.means))?;
-    let parts = (means, voxels.counts.into_pyarray(py), voxels.rows.into_pyarray(py));
+    let parts = (means, voxels.counts.into_pyarray(py), of.into_pyarray(py));
     Ok((mask.into_pyarray(py), parts))
 }
 

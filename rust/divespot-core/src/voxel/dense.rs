@@ -58,8 +58,13 @@ impl Layout {
     }
 }
 
-/// The voxels of a dense box; `None` where the box is not.
-pub(super) fn voxels(points: &[Point], grid: &Grid, threads: usize) -> Option<Voxels> {
+/// The voxels of a dense box, with each point's if wanted; `None` where the box is not.
+pub(super) fn voxels(
+    points: &[Point],
+    grid: &Grid,
+    threads: usize,
+    with_rows: bool,
+) -> Option<(Voxels, Vec<u32>)> {
     let [x, y, z] = grid.last;
     let layout = Layout { across: x / 64 + 1, rows: y + 1 };
     let words = layout.across.checked_mul(layout.rows)?.checked_mul(z + 1)?;
@@ -68,16 +73,16 @@ pub(super) fn voxels(points: &[Point], grid: &Grid, threads: usize) -> Option<Vo
     }
     let (items, words) = mark(points, *grid, layout, words as usize, threads);
     let count = words.last().map_or(0, |last| last.rank(63) + (last.bits >> 63) as usize);
-    let mut rows = vec![0; points.len()];
+    let mut rows = vec![0; if with_rows { points.len() } else { 0 }];
     fill_chunks(&mut rows, CHUNK, threads, |first, piece| {
         for (row, item) in piece.iter_mut().zip(&items[first..]) {
             *row = words[(item.bit / 64) as usize].rank(item.bit % 64) as u32;
         }
     });
-    let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count], rows };
+    let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count] };
     let slabs = slabs(&words, &mut voxels, threads);
     share(slabs.into_iter(), threads, |slab| slab.fill(&items, &words, grid, &layout));
-    Some(voxels)
+    Some((voxels, rows))
 }
 
 /// A point: the bit of its cell, and its place in there.

@@ -24,8 +24,6 @@ pub struct Voxels {
     pub means: Vec<Point>,
     /// How many points each voxel holds.
     pub counts: Vec<u32>,
-    /// The voxel that each point lies in.
-    pub rows: Vec<u32>,
 }
 
 /// The mean of the points in each occupied cube of edge `voxel_m` (paper, Pre-process 3).
@@ -39,12 +37,34 @@ pub struct Voxels {
 /// [`Error::Setting`] unless `voxel_m` is finite and above zero, [`Error::GridTooLarge`] where
 /// an axis has more voxels than an `f64` can tell apart.
 pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Result<Voxels> {
+    thinned(points, voxel_m, threads, false).map(|(voxels, _)| voxels)
+}
+
+/// The same, and the voxel that each point lies in.
+///
+/// # Errors
+/// As [`voxel_downsample`].
+pub fn voxels_and_rows(
+    points: &[Point],
+    voxel_m: f64,
+    threads: usize,
+) -> Result<(Voxels, Vec<u32>)> {
+    thinned(points, voxel_m, threads, true)
+}
+
+/// Voxels, and the rows of all points among them where these are wanted.
+fn thinned(
+    points: &[Point],
+    voxel_m: f64,
+    threads: usize,
+    with_rows: bool,
+) -> Result<(Voxels, Vec<u32>)> {
     positive("voxel_m", voxel_m)?;
-    let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Voxels::default()) };
+    let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Default::default()) };
     let threads = thread_count(threads);
     let grid = Grid::new(&bounds, voxel_m)?;
-    Ok(dense::voxels(points, &grid, threads)
-        .unwrap_or_else(|| sparse::voxels(points, &grid, threads)))
+    Ok(dense::voxels(points, &grid, threads, with_rows)
+        .unwrap_or_else(|| sparse::voxels(points, &grid, threads, with_rows)))
 }
 
 /// The cubes over a box.
@@ -159,10 +179,9 @@ mod tests {
     fn order_and_threads_do_not_count() {
         for voxel in [0.2, 1e-12] {
             let mut points = cloud(20_000, 2.0);
-            let expected = voxel_downsample(&points, voxel, 1).unwrap();
+            let expected = voxel_downsample(&points, voxel, 1);
             points.sort_by_key(|p| p[2].to_bits());
-            let found = voxel_downsample(&points, voxel, 3).unwrap();
-            assert_eq!((found.means, found.counts), (expected.means, expected.counts));
+            assert_eq!(voxel_downsample(&points, voxel, 3), expected);
         }
     }
 
@@ -170,8 +189,9 @@ mod tests {
     fn each_point_lies_in_its_voxel() {
         for voxel in [0.2, 1e-12] {
             let points = cloud(5000, 2.0);
-            let voxels = voxel_downsample(&points, voxel, 2).unwrap();
-            for (p, &row) in points.iter().zip(&voxels.rows) {
+            let (voxels, rows) = voxels_and_rows(&points, voxel, 2).unwrap();
+            assert_eq!(rows.len(), points.len());
+            for (p, &row) in points.iter().zip(&rows) {
                 let mean = voxels.means[row as usize];
                 assert!((0..3).all(|k| (p[k] - mean[k]).abs() <= voxel), "{p:?} {mean:?}");
             }

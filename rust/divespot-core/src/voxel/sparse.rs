@@ -9,18 +9,23 @@ use super::{Grid, Sums, Voxels};
 /// Voxels that a thread takes at a time.
 const CHUNK: usize = 1024;
 
-pub(super) fn voxels(points: &[Point], grid: &Grid, threads: usize) -> Voxels {
+pub(super) fn voxels(
+    points: &[Point],
+    grid: &Grid,
+    threads: usize,
+    with_rows: bool,
+) -> (Voxels, Vec<u32>) {
     let sorted = sort(points, grid, threads);
     let voxels: Vec<&[Keyed]> = sorted.chunk_by(|a, b| a.key == b.key).collect();
     let sums = map_chunks(voxels.len(), CHUNK, threads, |range| {
         voxels[range].iter().map(|rows| mean(points, grid, rows)).collect::<Vec<_>>()
     });
     let (means, counts) = sums.into_iter().flatten().unzip();
-    let mut rows = vec![0; points.len()];
-    for (voxel, held) in (0..).zip(&voxels) {
+    let mut rows = vec![0; if with_rows { points.len() } else { 0 }];
+    for (voxel, held) in (0..).zip(&voxels).filter(|_| with_rows) {
         held.iter().for_each(|keyed| rows[keyed.row as usize] = voxel);
     }
-    Voxels { means, counts, rows }
+    (Voxels { means, counts }, rows)
 }
 
 /// The rows with a key per voxel, sorted by z, y, x of their cells.
