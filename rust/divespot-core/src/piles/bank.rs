@@ -1,4 +1,4 @@
-//! The face of a bank that goes on below a pile which leans on it.
+//! The face of a bank, or a wall, that goes on below a pile which leans on it.
 //!
 //! A heap poured against a bench lies on its face. Where the bank rises from the edge of the heap, it
 //! goes on under it as it came, until it meets the ground.
@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::base::{Base, Kind, value, weighted_plane};
+use super::buried::buried;
 use super::near_plane::places_about;
 use super::patch::{Patch, Zone};
 use super::territory::FOUR;
@@ -26,11 +27,13 @@ const PARTS: usize = 4;
 /// With fewer cells its slope is not known.
 const FEWEST: usize = 6;
 
-/// Heights of banks below an object; NaN where there is none.
+/// Heights of banks and walls below an object; NaN where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bank {
     grid: Grid,
     heights_m: Vec<f64>,
+    /// Standard uncertainty of the mean height over a cell.
+    u_m: Vec<f64>,
 }
 
 impl Bank {
@@ -42,8 +45,12 @@ impl Bank {
         }
     }
 
-    /// The banks that go on under an object above its base, and those that its toe lies on; `None`
-    /// where there are none.
+    pub(crate) fn u_m(&self, p: [f64; 2]) -> f64 {
+        if self.grid.holds(&[p[0], p[1], 0.0]) { self.u_m[self.grid.cell(&p)] } else { 0.0 }
+    }
+
+    /// The banks and walls that go on under an object above its base, and those that its toe lies on;
+    /// `None` where there are none.
     pub(crate) fn under(patch: &Patch, base: &Base) -> Option<Arc<Self>> {
         let mut heights_m = vec![f64::NAN; patch.zones.len()];
         let mut front = Vec::new();
@@ -66,8 +73,14 @@ impl Bank {
                 }
             }
         }
+        let mut u_m = vec![0.0; heights_m.len()];
+        for wall in buried(patch) {
+            let high_m = wall.top_m - base.at(patch.grid.center(wall.cell));
+            heights_m[wall.cell] = wall.top_m.max(heights_m[wall.cell]);
+            u_m[wall.cell] = wall.u_share * high_m.max(0.0);
+        }
         let any = heights_m.iter().any(|h| !h.is_nan());
-        any.then(|| Arc::new(Self { grid: patch.grid, heights_m }))
+        any.then(|| Arc::new(Self { grid: patch.grid, heights_m, u_m }))
     }
 }
 

@@ -131,7 +131,8 @@ impl Base {
 
     /// Standard uncertainty of the base at a place that nobody saw, beside that of its level.
     pub(crate) fn u_unknown_m(&self, p: [f64; 2]) -> f64 {
-        self.surface.as_ref().map_or(0.0, |surface| surface.u_unknown_m(p))
+        let u_bank_m = self.bank.as_ref().map_or(0.0, |bank| bank.u_m(p));
+        self.surface.as_ref().map_or(u_bank_m, |surface| surface.u_unknown_m(p))
     }
 
     /// The base of one object, with its level as uncertain as the ground around the object shows:

@@ -8,6 +8,7 @@ mod alone;
 mod bank;
 mod base;
 mod budget;
+mod buried;
 mod clear;
 mod crease;
 mod cut;

@@ -42,6 +42,8 @@ pub(crate) struct Patch {
     pub(crate) flush: Vec<bool>,
     /// Walls of which only the top was seen.
     pub(crate) tops: Vec<bool>,
+    /// The highest of what stands in each cell without a surface over it; NaN elsewhere.
+    pub(crate) wall_tops_m: Vec<f64>,
     /// Cells of a surface over which something rises.
     pub(crate) mixed: Vec<bool>,
     /// Cells of walls, with the gaps between them closed: no flank goes on across them.
@@ -166,6 +168,7 @@ impl Patch {
             walls: cells.iter().map(|&cell| scene.faces.walls.is[cell]).collect(),
             flush: cells.iter().map(|&cell| scene.faces.walls.flush[cell]).collect(),
             tops: cells.iter().map(|&cell| scene.faces.walls.tops[cell]).collect(),
+            wall_tops_m: cells.iter().map(|&cell| scene.faces.walls.tops_m[cell]).collect(),
             mixed: cells.iter().map(|&cell| scene.faces.walls.mixed[cell]).collect(),
             bars: cells.iter().map(|&cell| scene.faces.bars[cell]).collect(),
             banks: cells.iter().map(|&cell| scene.banks[cell]).collect(),

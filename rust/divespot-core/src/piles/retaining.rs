@@ -7,7 +7,7 @@
 use super::near_plane::{near_plane, places_about};
 use super::territory::AXES;
 use crate::heightmap::Grid;
-use crate::material::NEVER_STEEPER;
+use crate::material::STEEPEST_POURED;
 
 /// It holds back what lies on one side of it in so many of its cells.
 const RETAINED: usize = 8;
@@ -26,11 +26,50 @@ pub(super) fn is_retaining(grid: &Grid, heights_m: &[f64], thing: &[usize], marg
         };
         let (Some((a, m)), Some((b, n))) = (end(1), end(-1)) else { return false };
         let run_m = ((a + b) as f64) * (dx as f64).hypot(dy as f64) * grid.cell_m;
-        (heights_m[m] - heights_m[n]).abs() > NEVER_STEEPER * run_m + margin_m
+        (heights_m[m] - heights_m[n]).abs() > STEEPEST_POURED * run_m + margin_m
     };
     let retains =
         |&&cell: &&usize| heights_m[cell].is_nan() && AXES.iter().any(|&axis| across(cell, axis));
     thing.iter().filter(retains).nth(RETAINED - 1).is_some()
+}
+
+/// The first and the last cell of each row and of each column that hold a surface.
+pub(super) struct Ends {
+    rows: Vec<[usize; 2]>,
+    columns: Vec<[usize; 2]>,
+}
+
+impl Ends {
+    pub(super) fn of(grid: &Grid, heights_m: &[f64]) -> Self {
+        let none = [usize::MAX, 0];
+        let mut ends = Self { rows: vec![none; grid.rows], columns: vec![none; grid.columns] };
+        for cell in (0..heights_m.len()).filter(|&cell| !heights_m[cell].is_nan()) {
+            let (column, row) = (cell % grid.columns, cell / grid.columns);
+            for (line, at) in [(&mut ends.rows[row], column), (&mut ends.columns[column], row)] {
+                *line = [line[0].min(at), line[1].max(at)];
+            }
+        }
+        ends
+    }
+
+    /// Whether a surface lies at most the thickness of a wall away on one side of a cell, and none
+    /// on the other.
+    fn is_last(&self, grid: &Grid, cell: usize) -> bool {
+        let (column, row) = (cell % grid.columns, cell / grid.columns);
+        let beyond = |[first, last]: [usize; 2], at: usize| {
+            let away = if at < first { first - at } else { at.saturating_sub(last) };
+            first <= last && away > 0 && away <= WIDEST.unsigned_abs()
+        };
+        beyond(self.rows[row], column) || beyond(self.columns[column], row)
+    }
+}
+
+/// Whether a thing ends the scan as a wall does: it rises from the surface, which comes to one side of
+/// it, and nothing was seen on the other. What hangs over the surface has it on both sides, but where
+/// it comes into view.
+pub(super) fn ends_scan(grid: &Grid, ends: &Ends, thing: &[usize], rises: &[bool]) -> bool {
+    let last = thing.iter().filter(|&&cell| ends.is_last(grid, cell));
+    2 * last.count() > thing.len() && thing.iter().filter(|&&cell| rises[cell]).count() >= RETAINED
 }
 
 /// Whether a cell beside a retaining wall holds some of it: it lies higher than the surface that comes
@@ -123,10 +162,24 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_holds_back_what_would_lie_steeper_than_60_degrees_across_it() {
-        // Two cells wide: three from the middle of one side to that of the other, 5.2 m.
-        assert!(retains(2, 30.0 - 5.3, 8) && !retains(2, 30.0 - 5.1, 8));
-        assert!(!retains(2, 30.0 - 5.3, 7));
+    fn a_wall_holds_back_what_would_lie_steeper_than_50_degrees_across_it() {
+        // Two cells wide: three from the middle of one side to that of the other, 3.6 m.
+        assert!(retains(2, 30.0 - 3.7, 8) && !retains(2, 30.0 - 3.5, 8));
+        assert!(!retains(2, 30.0 - 3.7, 7));
+    }
+
+    #[test]
+    fn a_wall_ends_the_scan_and_a_belt_crosses_it() {
+        let (grid, heights_m) = across(30, 10, f64::NAN);
+        let ends = Ends::of(&grid, &heights_m);
+        let strip = |columns: std::ops::Range<usize>, rows: usize| -> Vec<usize> {
+            columns.flat_map(|column| (0..rows).map(move |row| row * 40 + column)).collect()
+        };
+        let at = |column: usize| (0..grid.len()).map(move |cell| cell % 40 == column).collect();
+        let rises: Vec<bool> = at(30);
+        assert!(ends_scan(&grid, &ends, &strip(30..34, 8), &rises));
+        assert!(!ends_scan(&grid, &ends, &strip(30..34, 7), &rises), "it rises in too few cells");
+        assert!(!ends_scan(&grid, &ends, &strip(10..34, 8), &rises), "most lies over the surface");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Walls: what stands beside the surface, told by the points off it.
 
 use super::face::FEWEST;
-use super::retaining::{is_lip, is_retaining};
+use super::retaining::{Ends, ends_scan, is_lip, is_retaining};
 use super::territory::EIGHT;
 use crate::Point;
 use crate::cancel::Polled;
@@ -23,6 +23,8 @@ pub(crate) struct Walls {
     pub(crate) flush: Vec<bool>,
     /// Those of which only the top was seen.
     pub(crate) tops: Vec<bool>,
+    /// The highest point of what stands there without a surface over it; NaN elsewhere.
+    pub(crate) tops_m: Vec<f64>,
     /// Whether a wall stands where there is no surface.
     pub(crate) standing: Vec<bool>,
     /// Whether something is higher than a surface there.
@@ -46,9 +48,11 @@ impl Walls {
         let is_bare = |cell: usize| heights_m[cell].is_nan() && !ends_m[cell][0].is_nan();
         let mut standing = vec![false; grid.len()];
         let (mut retaining, mut cells) = (standing.clone(), standing.clone());
+        let ends = Ends::of(grid, heights_m);
         for thing in things(grid, &rises, is_bare) {
             let risen = to_f64(thing.iter().filter(|&&cell| rises[cell]).count());
-            let retains = is_retaining(grid, heights_m, &thing, margin_m);
+            let retains = is_retaining(grid, heights_m, &thing, margin_m)
+                || ends_scan(grid, &ends, &thing, &rises);
             if !retains && risen <= ALONG * to_f64(thing.len()) {
                 continue;
             }
@@ -66,12 +70,14 @@ impl Walls {
         };
         let flush = each(grid, is_flush);
         let tops = each(grid, |c| retaining[c] && standing[c] && !rises[c] && !flush[c]);
+        let top_m = |c: usize| if standing[c] { ends_m[c][1] } else { f64::NAN };
+        let tops_m = (0..grid.len()).map(top_m).collect();
         let lips = each(grid, |c| is_lip(grid, heights_m, &retaining, c, margin_m));
         for cell in (0..grid.len()).filter(|&cell| lips[cell]) {
             (standing[cell], retaining[cell]) = (true, true);
         }
         let is = each(grid, |c| rises[c] || flush[c] || retaining[c] && standing[c]);
-        Self { is, flush, tops, standing, mixed, cells, retaining }
+        Self { is, flush, tops, tops_m, standing, mixed, cells, retaining }
     }
 
     /// The cells of walls, with the gaps between them closed: nothing goes on across them.

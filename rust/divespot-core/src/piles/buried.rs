@@ -1,0 +1,224 @@
+//! Walls that go on below a pile which is higher than they are.
+//!
+//! Where a wall runs into a pile on one side and comes out of it on another, or two walls that run
+//! into it would meet there, the wall is below the pile as it is beside it. What it takes up is none of
+//! the material, and where the pile is as high as the wall, the wall's top looks like the pile's.
+
+use super::patch::{Patch, Zone};
+use super::territory::{EIGHT, Territory};
+use crate::connectivity::components;
+use crate::count::to_f64;
+use crate::robust::median;
+
+/// What of a wall lies within so many cells of the pile tells how it goes on.
+const NEAR: u32 = 12;
+/// With fewer cells, its direction is not known.
+const FEWEST: usize = 12;
+/// Walls that turn by less than this go on straight: the sine of 20°.
+const TURN: f64 = 0.34;
+/// A straight wall fills this share of the area between its ends and sides; what stands there with the
+/// pile over it does not count.
+const FULL: f64 = 0.5;
+/// Where a pile is lower than the wall by this share of a cell, the wall is not below it.
+const LOWER: f64 = 0.5;
+/// Either side of a wall runs anywhere through a cell (rectangular, GUM 4.3.7); both together.
+const SIDES: f64 = 0.408;
+
+/// A cell below which a wall goes on: its top, and how well the mean height over the cell is known.
+#[derive(Clone)]
+pub(super) struct Buried {
+    pub(super) cell: usize,
+    pub(super) top_m: f64,
+    /// Standard uncertainty of what the wall takes up, as a share of its height.
+    pub(super) u_share: f64,
+}
+
+/// The cells below which walls go on.
+pub(super) fn buried(patch: &Patch) -> Vec<Buried> {
+    let walls = walls_near(patch);
+    let pairs = (0..walls.len()).flat_map(|i| (0..i).map(move |k| (i, k)));
+    let joined = pairs.flat_map(|(i, k)| between(patch, &walls[i], &walls[k]));
+    let all = walls.iter().flat_map(|wall| below(patch, wall, wall.ends));
+    all.chain(joined).collect()
+}
+
+/// The walls that run into an object.
+fn walls_near(patch: &Patch) -> Vec<Wall> {
+    let is_wall = |cell: usize| !patch.wall_tops_m[cell].is_nan();
+    if !(0..patch.zones.len()).any(is_wall) {
+        return Vec::new();
+    }
+    let core = |zone: &Zone| if *zone == Zone::Core { 0 } else { -1 };
+    let labels: Vec<i32> = patch.zones.iter().map(core).collect();
+    let near = Territory::grow(&patch.grid, &labels, |_| true, NEAR).owner;
+    let cells = (0..near.len()).map(|cell| near[cell] == 0 && is_wall(cell)).collect();
+    let pieces = components(&patch.grid, cells, &EIGHT);
+    let walls = pieces.iter().filter_map(|piece| Wall::of(patch, piece));
+    walls.filter(|wall| wall.is_straight(patch.grid.cell_m)).collect()
+}
+
+/// A straight piece of a wall in plan.
+struct Wall {
+    middle: [f64; 2],
+    along: [f64; 2],
+    /// How far it reaches along that direction, from its middle.
+    ends: [f64; 2],
+    width_m: f64,
+    top_m: f64,
+    places: Vec<[f64; 2]>,
+}
+
+impl Wall {
+    fn of(patch: &Patch, cells: &[usize]) -> Option<Self> {
+        let places = cells.iter().map(|&cell| patch.grid.center(cell)).collect();
+        let tops = cells.iter().map(|&cell| patch.wall_tops_m[cell]).collect();
+        Self::through(places, median(tops), patch.grid.cell_m)
+    }
+
+    fn through(places: Vec<[f64; 2]>, top_m: f64, cell_m: f64) -> Option<Self> {
+        let count = to_f64(places.len());
+        let middle = [0, 1].map(|k| places.iter().map(|p| p[k]).sum::<f64>() / count);
+        let moment = |a: usize, b: usize| {
+            places.iter().map(|p| (p[a] - middle[a]) * (p[b] - middle[b])).sum::<f64>()
+        };
+        let angle = 0.5 * (2.0 * moment(0, 1)).atan2(moment(0, 0) - moment(1, 1));
+        let along = [angle.cos(), angle.sin()];
+        let at = places.iter().map(|p| dot(along, less(*p, middle)));
+        let ends = at.fold([0.0_f64; 2], |[low, high], s| [low.min(s), high.max(s)]);
+        let across = places.iter().map(|p| dot([-along[1], along[0]], less(*p, middle)).powi(2));
+        // Of what is spread evenly over a width, as the middles of cells are.
+        let width_m = (12.0 * across.sum::<f64>() / count + cell_m * cell_m).sqrt();
+        let wall = Self { middle, along, ends, width_m, top_m, places };
+        (wall.places.len() >= FEWEST).then_some(wall)
+    }
+
+    fn off(&self, p: [f64; 2]) -> f64 {
+        let [x, y] = less(p, self.middle);
+        (self.along[0] * y - self.along[1] * x).abs()
+    }
+
+    fn at(&self, p: [f64; 2]) -> f64 {
+        dot(self.along, less(p, self.middle))
+    }
+
+    /// Whether it is long, and full: of two walls that meet the line runs between them.
+    fn is_straight(&self, cell_m: f64) -> bool {
+        let length_m = self.ends[1] - self.ends[0] + cell_m;
+        let area_m2 = to_f64(self.places.len()) * cell_m * cell_m;
+        length_m > 2.0 * self.width_m && area_m2 > FULL * length_m * self.width_m
+    }
+
+    /// From the end that is nearer to a place, to as far beyond the place.
+    fn up_to(&self, p: [f64; 2], beyond_m: f64) -> [f64; 2] {
+        let at = self.at(p);
+        if at > self.ends[1] {
+            [self.ends[1], at + beyond_m]
+        } else if at < self.ends[0] {
+            [at - beyond_m, self.ends[0]]
+        } else {
+            [0.0; 2]
+        }
+    }
+}
+
+/// What two walls that run into an object have in common below it.
+fn between(patch: &Patch, a: &Wall, b: &Wall) -> Vec<Buried> {
+    let width_m = 0.5 * (a.width_m + b.width_m);
+    let turn = (a.along[0] * b.along[1] - a.along[1] * b.along[0]).abs();
+    if turn > TURN {
+        let Some(corner) = crossing(a, b).filter(|p| is_core(patch, *p)) else {
+            return Vec::new();
+        };
+        let to = |wall: &Wall| below(patch, wall, wall.up_to(corner, 0.5 * width_m));
+        return [to(a), to(b)].concat();
+    }
+    let places = a.places.iter().chain(&b.places).copied().collect();
+    let top_m = 0.5 * (a.top_m + b.top_m);
+    let Some(whole) = Wall::through(places, top_m, patch.grid.cell_m) else { return Vec::new() };
+    if whole.width_m > a.width_m.max(b.width_m) + patch.grid.cell_m {
+        return Vec::new();
+    }
+    below(patch, &whole, whole.ends)
+}
+
+/// The cells of an object below which a wall goes on from one place along it to another.
+fn below(patch: &Patch, wall: &Wall, [from, to]: [f64; 2]) -> Vec<Buried> {
+    let cell_m = patch.grid.cell_m;
+    let least_m = wall.top_m - LOWER * cell_m;
+    let is_below = |&cell: &usize| {
+        let p = patch.grid.center(cell);
+        let is_inside = wall.off(p) < 0.5 * wall.width_m && (from..to).contains(&wall.at(p));
+        is_inside && patch.zones[cell] == Zone::Core && patch.heights_m[cell] > least_m
+    };
+    let buried = |cell: usize| Buried {
+        cell,
+        top_m: wall.top_m.min(patch.heights_m[cell]),
+        u_share: SIDES * cell_m / wall.width_m,
+    };
+    (0..patch.zones.len()).filter(is_below).map(buried).collect()
+}
+
+fn is_core(patch: &Patch, p: [f64; 2]) -> bool {
+    patch.grid.holds(&[p[0], p[1], 0.0]) && patch.zones[patch.grid.cell(&p)] == Zone::Core
+}
+
+/// Where the lines along two walls cross.
+fn crossing(a: &Wall, b: &Wall) -> Option<[f64; 2]> {
+    let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
+    let along = cross(less(b.middle, a.middle), b.along) / cross(a.along, b.along);
+    along.is_finite().then(|| [0, 1].map(|k| a.middle[k] + along * a.along[k]))
+}
+
+fn less(p: [f64; 2], q: [f64; 2]) -> [f64; 2] {
+    [p[0] - q[0], p[1] - q[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::face::tests::pile;
+    use super::super::tests::CELL;
+    use crate::Point;
+
+    const STEP: f64 = CELL / 3.0;
+    const TOP: f64 = 0.45;
+
+    fn cone(x: f64, y: f64) -> f64 {
+        (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0)
+    }
+
+    /// Whether a wall that crosses the floor, 0.4 m wide, stands at a place.
+    fn is_wall(x: f64) -> bool {
+        (4.0..4.4).contains(&x)
+    }
+
+    fn height(x: f64, y: f64) -> f64 {
+        if is_wall(x) { cone(x, y).max(TOP) } else { cone(x, y) }
+    }
+
+    #[test]
+    fn a_wall_below_a_pile_is_no_part_of_it() {
+        let at = |i: i32| (f64::from(i) + 0.5) * STEP;
+        let point =
+            |i: i32| -> Point { [at(i % 384), at(i / 384), height(at(i % 384), at(i / 384))] };
+        let face = |i: i32| -> Point {
+            let x = if i % 2 == 0 { 4.0 } else { 4.4 };
+            [x, at(i / 2 % 288), 0.025 * f64::from(i / 576)]
+        };
+        let faces = (0..576 * 18).map(face).filter(|p| p[2] > cone(p[0], p[1]));
+        let points: Vec<Point> = (0..384 * 288).map(point).chain(faces).collect();
+        let fine = |i: i32, from: f64| from + 0.01 * (f64::from(i) + 0.5);
+        let material =
+            |x: f64, y: f64| if is_wall(x) { (cone(x, y) - TOP).max(0.0) } else { cone(x, y) };
+        let truth: f64 =
+            (0..240 * 240).map(|i| 1e-4 * material(fine(i % 240, 2.8), fine(i / 240, 1.8))).sum();
+        let off = pile(&points).volume.net_m3() - truth;
+        let body = |x: f64, y: f64| if is_wall(x) { cone(x, y).min(TOP) } else { 0.0 };
+        let body: f64 =
+            (0..240 * 240).map(|i| 1e-4 * body(fine(i % 240, 2.8), fine(i / 240, 1.8))).sum();
+        assert!(off.abs() < 0.2 * body, "{off} of {truth}, {body} of them wall");
+    }
+}
