@@ -18,15 +18,16 @@ from divespot.io import UNITS, read
 from divespot.plane import rotation_to_z
 from divespot.pose import Pose, find_pose
 from divespot.settings import Settings, given
-from divespot.spacing import Survey, take_survey
 from divespot.strays import drop_strays
 from divespot.surface import Surface, find_surface
+from divespot.thinning import take_survey
 from divespot.up import SMALL_TILT_DEG
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.intake import Cloud
+    from divespot.spacing import Survey
 
 
 #: Planes of two scans that differ by more are a floor and a wall.

@@ -13,14 +13,13 @@ from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
-from divespot.report import Source
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from divespot.report import Position
+    from divespot.directions import Position
     from divespot.settings import Settings
 
 FEWEST = 10
@@ -28,6 +27,21 @@ FEWEST = 10
 SMALLEST_M = 1e-6
 #: A pile of a third of the scan is to have more than a handful of steps.
 FEWEST_STEPS = 20
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the points came from and how many were of no use.
+
+    `unit` is the unit of the file's numbers; the report's positions are in it.
+    """
+
+    path: str | None
+    points: int
+    dropped_nonfinite: int
+    dropped_zero: int
+    unit: str
+    crs: str | None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from divespot._arguments import require_kind
 from divespot.bases import find_bases, unknown, whole_base
+from divespot.describe import describe, doubts, ground_in_scan, outlines
 from divespot.differences import is_held_against, measure_differences
 from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.filters import radius_filter, scene_cluster, voxels
@@ -14,22 +15,18 @@ from divespot.ground_level import find_ground
 from divespot.holes import with_holes
 from divespot.intake import crop, load
 from divespot.objects import (
-    describe,
-    doubts,
     find_objects,
     measure_objects,
     measure_regions,
-    outlines,
 )
 from divespot.outline_file import read_regions
-from divespot.pose import ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
 from divespot.rounding import Rounding
 from divespot.settings import Settings
-from divespot.spacing import even_out, take_survey
 from divespot.strays import drop_strays
 from divespot.surface import find_surface, map_heights
+from divespot.thinning import even_out, take_survey
 from divespot.volume.methods import by_method
 
 if TYPE_CHECKING:

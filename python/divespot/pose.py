@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.directions import Z, angle_deg, upward
 from divespot.errors import DivespotError
 from divespot.plane import Plane
-from divespot.report import Ground
 from divespot.settings import given, needs_ground
-from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up, Z, angle_deg, upward
+from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from divespot.ground_level import GroundLevel
+    from divespot.directions import Position
     from divespot.intake import Cloud
-    from divespot.report import Position, UpFrom
     from divespot.settings import Settings
     from divespot.spacing import Survey
+    from divespot.up import UpFrom
 
 
 @dataclass(frozen=True)
@@ -137,11 +137,3 @@ def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> 
     x, y, z = rotation[2].tolist()
     plane = Plane((x, y, z), offset, len(near), math.sqrt(float((near * near).mean())))
     return Pose(plane, rotation, 0.0, "given")
-
-
-def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
-    """Describe the ground in the scan's own frame, in metres."""
-    normal = pose.plane.normal
-    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
-    share = pose.plane.inliers / points
-    return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)

@@ -6,8 +6,9 @@ import dataclasses
 import json
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
+from divespot import _native
 from divespot._arguments import whole
 from divespot.base_name import BaseName
 from divespot.mass import mass_kg
@@ -18,9 +19,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from divespot.directions import Position
     from divespot.frame import Frame
     from divespot.grid import HeightMap
+    from divespot.intake import Source
     from divespot.settings import Settings
+    from divespot.up import UpFrom
 
 SCHEMA = "divespot.report/1"
 
@@ -32,25 +36,6 @@ COMMON = ("registration_m3", "base_m3", "scale_m3", "rounding_m3")
 
 #: Blanks before a line of JSON.
 MOST_INDENT = 100
-
-Position = tuple[float, float, float]
-
-UpFrom = Literal["given", "sensor", "coordinate system", "small tilt", "nothing below"]
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where the points came from and how many were of no use.
-
-    `unit` is the unit of the file's numbers; the report's positions are in it.
-    """
-
-    path: str | None
-    points: int
-    dropped_nonfinite: int
-    dropped_zero: int
-    unit: str
-    crs: str | None
 
 
 @dataclass(frozen=True)
@@ -216,12 +201,10 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as the JSON contract has it."""
-        from divespot import __version__  # noqa: PLC0415 - the package imports this module
-
         piles = [_without_reason(pile) for pile in self.piles]
         return {
             "schema": SCHEMA,
-            "divespot": __version__,
+            "divespot": _native.__version__,
             "source": dataclasses.asdict(self.source),
             "piles": piles,
             "other_objects": [dataclasses.asdict(item) for item in self.other_objects],

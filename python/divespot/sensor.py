@@ -12,8 +12,8 @@ from divespot import _native
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from divespot.directions import Position
     from divespot.io import Scan
-    from divespot.report import Position
     from divespot.settings import Settings
 
 #: A scan lies as rays from a place where its spacings are at most this part as uneven in

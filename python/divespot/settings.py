@@ -3,32 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from divespot._arguments import MOST_THREADS
 from divespot._options import base, box, choice, count, flag, length, listed, path, positive, text
 from divespot.errors import DivespotError
 from divespot.materials import MATERIALS
-
-if TYPE_CHECKING:
-    from divespot.spacing import Survey
-
-#: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
-FLATTEST_REPOSE_DEG = 15.0
-
-#: A pile that takes up this share of the scene is to have so many points at least, fewer where all
-#: cells hold equally many: over the means of fifty cells of about four points, gaps, its toe and a
-#: wall beside it still weigh. With fewer points in all than gives it these, the surface is
-#: triangulated, which takes several times as long.
-PILE_SHARE, PILE_POINTS, REGULAR_POINTS = 0.01, 200, 60
-
-#: A point this many standard deviations from a plane does not support it.
-SIGMAS = 4.0
-
-#: Edge of the cells on which the triangles between few points are drawn, in point spacings.
-FINE = 1.0 / 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,84 +155,11 @@ class Settings:
                 )
         return dataclasses.replace(self, **changes)
 
-    def resolved(self, survey: Survey, points: int) -> Settings:
-        """Return these settings with the lengths that follow from the cloud of so many points.
-
-        A length is a multiple of the point spacing; of the roughness, where the sensor's noise
-        is the coarser of the two.
-        """
-        spacing = _spacing(survey)
-        enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
-        few = points < enough and self.surface != "cells"
-        cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
-        fitting: Any = "triangles" if cell < spacing else "cells"
-        chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)
-        return chosen.completed(
-            radius_m=4.0 * spacing,
-            voxel_m=2.0 * spacing,
-            cell_m=cell,
-            fine_radius_m=2.5 * cell,
-            link_m=2.5 * cell,
-            inner_voxel_m=cell,
-            slice_m=0.25 * cell,
-            **({} if chosen.surface == "triangles" else ground_lengths(survey)),
-            **self._density(),
-        )
-
-    def flattened(self, flatness_m: float) -> Settings:
-        """Return settings with the lengths that follow from the ground's standard deviation.
-
-        Where points are as far apart as piles are high, their spacing does not tell it.
-        """
-        return self.completed(plane_threshold_m=SIGMAS * flatness_m, bin_m=flatness_m)
-
-    def grounded(self, noise_m: float) -> Settings:
-        """Return resolved settings with the lengths that follow from the noise of the ground."""
-        cell = given(self.cell_m)
-        margin = max(4.0 * noise_m, 0.5 * cell) if self.margin_m is None else self.margin_m
-        return self.completed(
-            margin_m=margin,
-            toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
-        )
-
-    def _density(self) -> dict[str, float]:
-        """Return what follows from the material, unless a density is given."""
-        material = MATERIALS.get(self.material or "")
-        if material is None or self.density_kg_m3 is not None:
-            return {"density_u_kg_m3": 0.0}
-        return {
-            "density_kg_m3": material.density_kg_m3,
-            "density_u_kg_m3": material.density_u_kg_m3,
-        }
-
     def completed(self, **derived: Any) -> Settings:  # noqa: ANN401 - as many types as settings
         """Return these settings with values for those that are not known yet."""
         open_ = (None, "auto")
         missing = {name: value for name, value in derived.items() if getattr(self, name) in open_}
         return self.changed(**missing)
-
-
-def ground_lengths(survey: Survey) -> dict[str, float]:
-    """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
-    spacing = _spacing(survey)
-    roughness = _rounded(survey.roughness_m)
-    return {
-        "plane_threshold_m": max(1.5 * spacing, SIGMAS * roughness),
-        "bin_m": max(roughness, spacing / 8.0),
-    }
-
-
-def _spacing(survey: Survey) -> float:
-    """Return the spacing that lengths are multiples of; a raster has exactly its own."""
-    return survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
-
-
-def _rounded(length_m: float) -> float:
-    """Return the nearest of sixteen lengths in a factor of two.
-
-    So chance does not reach the size of a cell: a scan that is moved or turned keeps its cells.
-    """
-    return 2.0 ** (round(16.0 * math.log2(length_m)) / 16.0) if length_m > 0.0 else 0.0
 
 
 #: Bases that stand whether or not the ground is in view.

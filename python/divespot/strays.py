@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from divespot import _native
+from divespot.lengths import by_flatness, flatness
 from divespot.pose import find_pose
 from divespot.selection import rows_of
-from divespot.spacing import flatness, survey
+from divespot.spacing import survey
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,9 +30,9 @@ def drop_strays(
     """
     if settings.surface == "cells":
         return points, found, settings
-    rough = settings.flattened(flatness(found, settings))
+    rough = by_flatness(settings, flatness(found, settings))
     pose = find_pose(points, found, cloud, rough)
     level = pose.level(points, settings.threads)
     kept = rows_of(points, _native.surface_mask(level, settings.threads))
     again = survey(kept, seed=settings.seed, threads=settings.threads)
-    return kept, again, settings.flattened(flatness(again, settings))
+    return kept, again, by_flatness(settings, flatness(again, settings))

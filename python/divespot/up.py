@@ -9,24 +9,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.directions import Z, angle_deg, parse_up
 from divespot.plane import Plane, cone
 from divespot.sensor import ORIGIN, axis_z, is_survey
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
+    from divespot.directions import Position
     from divespot.intake import Cloud
-    from divespot.report import Position, UpFrom
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-AXES = {"x": X, "y": Y, "z": Z}
+UpFrom: TypeAlias = Literal["given", "sensor", "coordinate system", "small tilt", "nothing below"]
 
 #: What is flatter than this is no slope of bulk material: the ground of a survey is looked for
 #: among such planes.
@@ -42,46 +39,6 @@ FLAT_SHARE = 0.5
 
 #: A floor this near to the horizontal counts as level (the core's ``NEARLY_LEVEL_RAD``).
 SMALL_TILT_DEG = 2.0
-
-
-def parse_up(up: str) -> tuple[float, float, float] | None:
-    """Return the direction that `up` names; None for auto.
-
-    Raises
-    ------
-    DivespotError
-        The text is none of auto, x, y, z, -x, -y, -z and a,b,c.
-
-    """
-    if up == "auto":
-        return None
-    if up.lstrip("+-") in AXES and len(up) <= 2:
-        sign = -1.0 if up.startswith("-") else 1.0
-        x, y, z = AXES[up.lstrip("+-")]
-        return sign * x, sign * y, sign * z
-    try:
-        x, y, z = (float(part) for part in up.split(","))
-    except ValueError:
-        raise DivespotError(
-            f"up is {up!r}: auto, x, y, z, -x, -y, -z or three numbers a,b,c are needed"
-        ) from None
-    return x, y, z
-
-
-def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
-    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
-    asked = parse_up(up)
-    if asked is not None:
-        return np.asarray(np.array(asked) / np.linalg.norm(asked))
-    along = np.asarray(normal)
-    nearest = int(np.abs(along).argmax())
-    return np.asarray(np.copysign(1.0, along[nearest]) * np.array([*AXES.values()])[nearest])
-
-
-def angle_deg(a: Position, b: Position) -> float:
-    """Return the angle between a unit vector and another one of any length."""
-    cosine = np.dot(a, b) / np.linalg.norm(b)
-    return math.degrees(math.acos(min(1.0, max(-1.0, float(cosine)))))
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from divespot._arguments import seed_number, word
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
 from divespot.simulate.families import FAMILIES
+from divespot.simulate.floor import Floor
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import Camera, Floor, Pile, Scene
+from divespot.simulate.scene import Camera, Pile, Scene
 from divespot.simulate.shapes import (
     RAIL_CAMERAS,
     STRIPS_M,

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from divespot.directions import Position
     from divespot.grid import HeightMap
-    from divespot.report import Position
 
 
 @dataclass(frozen=True, eq=False)
