@@ -197,8 +197,8 @@ def _zones(report: Report) -> NDArray[np.intp]:
     labels, *_ = hills(height_map.heights_m, height_map.cell_m)
     hill = labels.reshape(height_map.heights_m.shape) == 0
     core = hill & (height_map.heights_m - level.base_m > given(settings.margin_m))
-    toe = math.ceil(given(settings.toe_m) / height_map.cell_m)
-    ring = max(3, int(settings.ring_share * math.sqrt(core.sum())))
+    toe = math.ceil(given(settings.stages.toe_m) / height_map.cell_m)
+    ring = max(3, int(settings.stages.ring_share * math.sqrt(core.sum())))
     steps = [core]
     for step in range(toe + ring):
         steps.append(_wider(steps[-1], diagonal=step % 2 == 1))

@@ -115,6 +115,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "volume.bodies_of": (volume.bodies_of, {"report": REPORT}),
     "volume.hull": (volume.hull, {"points_m": BODY.points_m}),
     "volume.inner_voxels": (volume.inner_voxels, {"points_m": BODY.points_m, "voxel_m": 0.1}),
+    "volume.volumes_m3": (volume.volumes_m3, {"report": REPORT, "method": "hull"}),
     "volume.slices": (volume.slices, {"points_m": BODY.points_m, "slice_m": 0.05}),
     "volume.tin": (volume.tin, {"points_m": BODY.points_m, "outline_m": BODY.outline_m}),
     "Report.to_json": (REPORT.to_json, {}),
@@ -167,6 +168,15 @@ def test_any_setting_ends_well(name: str, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.chdir(tmp_path)
     for value in ABSURD.values():
         require_ends_well(divespot.measure, {"source": CONE, name: value})
+
+
+@pytest.mark.parametrize("name", vars(divespot.Stages()))
+def test_any_parameter_of_the_paper_ends_well(name: str) -> None:
+    def measure(**changes: Any) -> divespot.Report:  # noqa: ANN401 - anything at all
+        return divespot.measure(CONE, divespot.Settings.paper(**changes))
+
+    for value in ABSURD.values():
+        require_ends_well(measure, {name: value})
 
 
 def require_ends_well(call: Callable[..., Any], arguments: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ LAYERS = {
     "words": "_native base_name directions errors extras materials numbers progress selection",
     "checks": "_arguments output",
     "files": "io",
-    "settings": "_options settings mass",
+    "settings": "_options _typed stages settings mass",
     "kernels": "clustering grid kernels plane spacing",
     "stages": "sensor intake lengths thinning clusters filters up pose frame strays surface "
     "ground_level earlier bases objects holes differences outline_checks outline_file rounding",

@@ -19,6 +19,7 @@ from divespot.report import Budget, Ground, Pile, Report, Total
 from divespot.save import save_base, save_outlines
 from divespot.settings import Settings
 from divespot.spacing import Survey, point_spacing, survey
+from divespot.stages import Stages
 
 __all__ = [
     "MATERIALS",
@@ -34,6 +35,7 @@ __all__ = [
     "Report",
     "Settings",
     "Source",
+    "Stages",
     "Survey",
     "Total",
     "Volume",

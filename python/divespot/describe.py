@@ -70,7 +70,7 @@ def _pile(
         x, y, z = frame.to_scan(np.array(position)).tolist()
         return x, y, z
 
-    factor = settings.factor
+    factor = settings.stages.factor
     terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
     own = {term: factor * getattr(raw, term) for term in terms}
     budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
@@ -113,7 +113,7 @@ def doubts(
     found = []
     if not piles:
         nothing = (
-            f"nothing of {settings.min_cluster_size} cells or more stands higher than "
+            f"nothing of {settings.stages.min_cluster_size} cells or more stands higher than "
             f"margin_m = {settings.margin_m:.2g} above the ground"
         )
         what = f"{len(others)} other objects were found" if others else nothing

@@ -18,15 +18,21 @@ X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 AXES = {"x": X, "y": Y, "z": Z}
 
 
-def parse_up(up: str) -> tuple[float, float, float] | None:
-    """Return the direction that `up` names; None for auto.
+#: What `up` may be.
+UPWARD = "auto, x, y, z, -x, -y, -z, or three numbers a,b,c that are not all 0"
+
+
+def parse_up(up: str | Position) -> Position | None:
+    """Return the direction that `up` is; None for auto.
 
     Raises
     ------
     DivespotError
-        The text is none of auto, x, y, z, -x, -y, -z and a,b,c.
+        It is none of auto, x, y, z, -x, -y, -z and three numbers.
 
     """
+    if not isinstance(up, str):
+        return up
     if up == "auto":
         return None
     if up.lstrip("+-") in AXES and len(up) <= 2:
@@ -36,13 +42,13 @@ def parse_up(up: str) -> tuple[float, float, float] | None:
     try:
         x, y, z = (float(part) for part in up.split(","))
     except ValueError:
-        raise DivespotError(
-            f"up is {up!r}: auto, x, y, z, -x, -y, -z or three numbers a,b,c are needed"
-        ) from None
+        x = y = z = 0.0
+    if not 0.0 < max(abs(x), abs(y), abs(z)) < math.inf:
+        raise DivespotError(f"up is {up!r}: {UPWARD} are needed")
     return x, y, z
 
 
-def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
+def upward(normal: ArrayLike, up: str | Position) -> NDArray[np.float64]:
     """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
     asked = parse_up(up)
     if asked is not None:

@@ -18,6 +18,7 @@ from divespot.io import UNITS, read
 from divespot.plane import rotation_to_z
 from divespot.pose import Pose, find_pose
 from divespot.settings import Settings, given
+from divespot.stages import Stages
 from divespot.strays import drop_strays
 from divespot.surface import Surface, find_surface
 from divespot.thinning import take_survey
@@ -86,8 +87,15 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
 
 def _own(settings: Settings) -> Settings:
     """Return the settings that say nothing of the scan's own lengths."""
-    kept = ("up", "max_tilt_deg", "level", "hypotheses", "min_neighbors", "seed", "threads")
-    return Settings().changed(**{name: getattr(settings, name) for name in kept})
+    inner = settings.stages
+    return Settings(
+        up=settings.up,
+        max_tilt_deg=settings.max_tilt_deg,
+        level=settings.level,
+        seed=settings.seed,
+        threads=settings.threads,
+        stages=Stages(hypotheses=inner.hypotheses, min_neighbors=inner.min_neighbors),
+    )
 
 
 def common_pose(
@@ -111,7 +119,7 @@ def common_pose(
     bare = other.plane.inliers > BARE_SHARE * len(earlier.points)
     if bare and np.dot(pose.plane.normal, other.plane.normal) < 0.0:
         other = _turned_over(other)
-    near = np.abs(other.plane.heights_m(points)) <= given(settings.plane_threshold_m)
+    near = np.abs(other.plane.heights_m(points)) <= given(settings.stages.plane_threshold_m)
     plane = dataclasses.replace(other.plane, inliers=int(near.sum()))
     return dataclasses.replace(other, plane=plane, warnings=pose.warnings)
 

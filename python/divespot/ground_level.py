@@ -65,8 +65,8 @@ def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[Grou
 
     """
     height = peak_m(grid, settings.base, settings)
-    if settings.ground_form == "level":
-        ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
+    if settings.stages.ground_form == "level":
+        ground = _level(grid, height, 2.0 * given(settings.stages.plane_threshold_m))
     else:
         ground = _surface_level(grid, height, scan, settings)
         if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
@@ -131,8 +131,8 @@ def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
     """Return the height of the histogram's peak, or of the middle of its peaks (``midpeak``)."""
     return ground_height(
         grid.heights_m[~np.isnan(grid.heights_m)],
-        bin_m=given(settings.bin_m),
-        window=settings.window,
+        bin_m=given(settings.stages.bin_m),
+        window=settings.stages.window,
         rule="midpoint" if kind == "midpeak" else "lower",
-        lower_fraction=settings.lower_fraction,
+        lower_fraction=settings.stages.lower_fraction,
     )

@@ -12,6 +12,7 @@ from divespot.plane import fit_plane
 from divespot.settings import given
 
 if TYPE_CHECKING:
+    from divespot._typed import PaperChanges
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
@@ -55,17 +56,17 @@ def by_survey(settings: Settings, survey: Survey, points: int) -> Settings:
     cell = spacing * (FINE if few else 2.0) if settings.cell_m is None else settings.cell_m
     fitting: Any = "triangles" if cell < spacing else "cells"
     chosen = settings.changed(surface=fitting if settings.surface == "auto" else settings.surface)
-    return chosen.completed(
-        radius_m=4.0 * spacing,
-        voxel_m=2.0 * spacing,
-        cell_m=cell,
-        fine_radius_m=2.5 * cell,
-        link_m=2.5 * cell,
-        inner_voxel_m=cell,
-        slice_m=0.25 * cell,
-        **({} if chosen.surface == "triangles" else ground_lengths(survey)),
-        **_density(settings),
-    )
+    derived: PaperChanges = {
+        "radius_m": 4.0 * spacing,
+        "voxel_m": 2.0 * spacing,
+        "cell_m": cell,
+        "fine_radius_m": 2.5 * cell,
+        "link_m": 2.5 * cell,
+    }
+    derived |= _density(settings)
+    if chosen.surface != "triangles":
+        derived |= ground_lengths(survey)
+    return chosen.completed(**derived)
 
 
 def by_flatness(settings: Settings, flatness_m: float) -> Settings:
@@ -86,7 +87,7 @@ def by_noise(settings: Settings, noise_m: float) -> Settings:
     )
 
 
-def _density(settings: Settings) -> dict[str, float]:
+def _density(settings: Settings) -> PaperChanges:
     """Return what follows from the material, unless a density is given."""
     material = MATERIALS.get(settings.material or "")
     if material is None or settings.density_kg_m3 is not None:
@@ -97,7 +98,7 @@ def _density(settings: Settings) -> dict[str, float]:
     }
 
 
-def ground_lengths(survey: Survey) -> dict[str, float]:
+def ground_lengths(survey: Survey) -> PaperChanges:
     """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
     spacing = _spacing(survey)
     roughness = _rounded(survey.roughness_m)
@@ -128,7 +129,7 @@ def flatness(found: Survey, settings: Settings) -> float:
     ever smaller thresholds the one is taken to which the nearest share of the surveyed points
     lies nearest (least quantile of squares).
     """
-    widest_m = ground_lengths(found)["plane_threshold_m"]
+    widest_m = given(ground_lengths(found)["plane_threshold_m"])
     least = widest_m * FLAT_QUANTILE / SIGMAS
     for halvings in range(HALVINGS):
         threshold_m = widest_m / 2.0**halvings

@@ -12,6 +12,7 @@ from divespot import _native
 from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
 from divespot.kernels import radius_outlier_mask
+from divespot.outline_file import name_of
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from divespot.ground_level import GroundLevel
     from divespot.outline_file import Region
     from divespot.settings import Settings
+    from divespot.stages import Stages
     from divespot.surface import Surface
 
     Measuring: TypeAlias = tuple[
@@ -64,15 +66,15 @@ def find_objects(
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
     kept = _in_company(cells, settings)
     labels = np.full(len(heights), -1, dtype=np.int32)
-    if not settings.fine_cluster:
+    if not settings.stages.fine_cluster:
         labels[above[kept]] = 0
         return labels
-    labels[above[kept]] = find_clusters(cells[kept], settings.link_m, settings)
-    gap = max(_steps(grid, settings.link_m) - 1, 0)
-    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
+    labels[above[kept]] = find_clusters(cells[kept], settings.stages.link_m, settings)
+    gap, fewest = _things(grid, settings.stages)
+    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, fewest)
     labels = _of_points(labels, grid)
     _warn_of_dropped(labels, above, settings, warn)
-    if settings.select == "largest":
+    if settings.stages.select == "largest":
         labels[labels > 0] = -1
     return labels
 
@@ -86,15 +88,21 @@ def _of_points(labels: NDArray[np.int32], grid: HeightMap) -> NDArray[np.int32]:
 
 def _in_company(cells: NDArray[np.float64], settings: Settings) -> NDArray[np.bool_]:
     """Return which cells the second radius filter keeps."""
-    radius_m = given(settings.fine_radius_m)
+    radius_m = given(settings.stages.fine_radius_m)
     if radius_m == 0.0:
         return np.ones(len(cells), dtype=np.bool_)
-    return radius_outlier_mask(cells, radius_m, settings.min_neighbors, threads=settings.threads)
+    fewest = settings.stages.min_neighbors
+    return radius_outlier_mask(cells, radius_m, fewest, threads=settings.threads)
 
 
 def _steps(grid: HeightMap, length_m: float | None) -> int:
     """Return the cells that a length reaches across, at most the whole grid."""
     return math.ceil(min(given(length_m) / grid.cell_m, float(max(grid.heights_m.shape))))
+
+
+def _things(grid: HeightMap, stages: Stages) -> tuple[int, int]:
+    """Return the gap in cells within which cells are of one thing, and the fewest of a thing."""
+    return max(_steps(grid, stages.link_m) - 1, 0), stages.min_cluster_size
 
 
 def _warn_of_dropped(
@@ -104,15 +112,15 @@ def _warn_of_dropped(
     warn: Callable[[str], None],
 ) -> None:
     """Say what part of that which stands above the ground is measured nowhere."""
-    dropped = labels[above] != 0 if settings.select == "largest" else labels[above] < 0
+    dropped = labels[above] != 0 if settings.stages.select == "largest" else labels[above] < 0
     share = dropped.mean() if len(above) else 0.0
-    if settings.select == "largest" and share > 0.0:
+    if settings.stages.select == "largest" and share > 0.0:
         count = labels.max() + 1
         warn(f"the largest of {count} objects was measured: {share:.0%} of the cells were dropped")
     elif share > LOOSE_SHARE:
         warn(
             f"{share:.0%} of the cells above the ground belong to no object of "
-            f"{settings.min_cluster_size} cells or more"
+            f"{settings.stages.min_cluster_size} cells or more"
         )
 
 
@@ -175,6 +183,7 @@ def measure_regions(
     settings: Settings,
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
+    outline = name_of(settings.outline or "outline")
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
     hills = bases.ground.hills
     labels = np.full(grid.heights_m.size, -1, dtype=np.int32) if hills is None else hills
@@ -192,14 +201,14 @@ def measure_regions(
             measuring(grid, bases, settings),
         )
     except DivespotError as error:
-        raise DivespotError(f"{settings.outline}: {error}") from None
+        raise DivespotError(f"{outline}: {error}") from None
     return Measured(*found, tuple(bases.compared), tuple(region.name for region in regions))
 
 
 def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
     """Return how objects are measured, as the kernels take it."""
-    ground, toe_cells = bases.ground, _steps(grid, settings.toe_m)
+    ground, toe_cells = bases.ground, _steps(grid, settings.stages.toe_m)
     level = (ground.height_m, ground.noise_m, ground.noise_m)
-    things = (max(_steps(grid, settings.link_m) - 1, 0), settings.min_cluster_size)
-    lengths = toe_cells, settings.ring_share, given(settings.margin_m)
+    lengths = toe_cells, settings.stages.ring_share, given(settings.margin_m)
+    things = _things(grid, settings.stages)
     return *lengths, level, things, bases.raw(), settings.threads

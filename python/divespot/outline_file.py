@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.frame import Frame
+
+#: The path of a GeoJSON file, or what it holds.
+Outlines: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 
 #: No file of outlines is larger.
 LARGEST_BYTES = 256 << 20
@@ -45,8 +50,8 @@ class Region:
     rings: tuple[NDArray[np.float64], ...]
 
 
-def read_regions(path: str, frame: Frame) -> list[Region]:
-    """Read Polygons and MultiPolygons, one region a feature.
+def read_regions(outline: Outlines, frame: Frame) -> list[Region]:
+    """Read Polygons and MultiPolygons, one region a feature, from a file or GeoJSON as a dict.
 
     x and y are those of the scan, in its unit. A third coordinate counts only where the scan's x
     and y are no plan of its ground; then it is needed.
@@ -58,9 +63,10 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
         crosses itself or has no area.
 
     """
+    path = name_of(outline)
     try:
-        features = _features(json.loads(bytes_of(Path(path), LARGEST_BYTES)))
-        regions = [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
+        parsed = outline if isinstance(outline, Mapping) else _parsed(Path(outline))
+        regions = [_region(i, *feature, frame) for i, feature in enumerate(_features(parsed), 1)]
         _refuse_overlap(regions)
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
@@ -69,6 +75,15 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
     except (ValueError, RecursionError) as error:
         raise DivespotError(f"{path}: is no JSON ({error})") from None
     return regions
+
+
+def name_of(outline: Outlines) -> str:
+    """Return what errors call an outline: its path, if it has one."""
+    return "outline" if isinstance(outline, Mapping) else os.fspath(outline)
+
+
+def _parsed(path: Path) -> Any:  # noqa: ANN401 - any JSON value
+    return json.loads(bytes_of(path, LARGEST_BYTES))
 
 
 def _refuse_overlap(regions: list[Region]) -> None:
@@ -80,7 +95,7 @@ def _refuse_overlap(regions: list[Region]) -> None:
 
 def _features(parsed: Any) -> list[tuple[str | None, Any]]:  # noqa: ANN401 - any JSON value
     """Return name and geometry of everything in the file."""
-    kind = parsed.get("type") if isinstance(parsed, dict) else None
+    kind = parsed.get("type") if isinstance(parsed, Mapping) else None
     if kind == "Feature":
         return [_named(parsed)]
     if kind != "FeatureCollection":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from divespot._arguments import require_kind
@@ -27,21 +28,22 @@ from divespot.settings import Settings
 from divespot.strays import drop_strays
 from divespot.surface import find_surface, map_heights
 from divespot.thinning import even_out, take_survey
-from divespot.volume.methods import by_method
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable
 
-    from numpy.typing import ArrayLike
+    from typing_extensions import Unpack
+
+    from divespot._typed import Changes
+    from divespot.intake import Scannable
 
 
 def measure(
-    source: str | os.PathLike[str] | ArrayLike,
-    settings: Settings | None = None,
+    source: Scannable,
+    settings: Settings | Mapping[str, Any] | None = None,
     *,
     on_stage: Callable[[str], None] | None = None,
-    **changes: Any,  # noqa: ANN401 - as many types as settings
+    **changes: Unpack[Changes],
 ) -> Report:
     """Measure every pile in a scan.
 
@@ -49,14 +51,16 @@ def measure(
     ----------
     source
         The path of a scan (PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY, NPZ), or points of shape
-        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres. Points that are not
-        finite or all zero are dropped and counted.
+        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres; or an Open3D point
+        cloud. Points that are not finite or all zero are dropped and counted.
     settings
-        What to do; by default `Settings()`, where every length follows from the scan.
+        What to do, as `Settings` or as a dict of some of them, such as those of a report; by
+        default `Settings()`, where every length follows from the scan.
     on_stage
         Called with the name of each stage as it begins.
     **changes
-        Single settings by name, instead of `settings`.
+        Single settings by name; they take the place of those in `settings`. `Settings` has the
+        list.
 
     Returns
     -------
@@ -70,8 +74,24 @@ def measure(
         The scan cannot be read, too few points are left, no plane goes through them, or a
         setting is unknown or out of range.
 
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> scan = simulate.scan("shape-05", density=0.03)  # 0.028 m3 under a depth camera
+    >>> report = divespot.measure(scan.points)
+    >>> [f"{pile.volume_m3:.3f} m3" for pile in report.piles]
+    ['0.028 m3']
+    >>> divespot.measure(scan.points, material="corn", up="z").total.mass_kg > 15
+    True
+    >>> divespot.measure(scan.points, radus_m=0.1)
+    Traceback (most recent call last):
+    divespot.errors.DivespotError: unknown setting 'radus_m': one of unit, columns, ... is needed
+
     """
-    if settings is not None:
+    if isinstance(settings, Mapping):
+        settings = Settings().changed(**settings)
+    elif settings is not None:
         require_kind("settings", settings, Settings)
     s = (settings or Settings()).changed(**changes)
     run = Progress(on_stage)
@@ -101,7 +121,6 @@ def measure(
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
         measured = run("holes", with_holes, measured, grid, bases, s)
-    measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, Rounding.of(cloud, pose, scan), s)
     base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(

@@ -73,7 +73,7 @@ def find_pose(
 
     """
     evidence = Evidence.of(survey, cloud, settings)
-    threshold_m = given(settings.plane_threshold_m)
+    threshold_m = given(settings.stages.plane_threshold_m)
     if not settings.level:
         return _as_it_is(points, evidence.asked or Z, threshold_m)
     parts, found_from, doubted = _native.find_ground(
@@ -81,7 +81,7 @@ def find_pose(
         survey.at_m,
         survey.normals,
         threshold_m,
-        settings.hypotheses,
+        settings.stages.hypotheses,
         evidence.cone(settings.max_tilt_deg),
         evidence.sensor_m,
         evidence.z,
@@ -122,7 +122,7 @@ def _upright(
     if not (is_exact or prisms):
         return plane
     x, y, z = Z if is_exact else upward(plane.normal, settings.up).tolist()
-    near = np.abs(plane.heights_m(points)) <= given(settings.plane_threshold_m)
+    near = np.abs(plane.heights_m(points)) <= given(settings.stages.plane_threshold_m)
     offset_m = float(np.median(points[near] @ (x, y, z)))
     return dataclasses.replace(plane, normal=(x, y, z), offset_m=offset_m)
 

@@ -192,7 +192,8 @@ class Report:
         """Paths of all that was read: no output may take their place."""
         base = BaseName.parse(self.settings.base)
         earlier = base.path if base is not None and base.path else None
-        return self.source.path, self.settings.outline, earlier
+        outline = self.settings.outline
+        return self.source.path, outline if isinstance(outline, str) else None, earlier
 
     @property
     def seed(self) -> int:

@@ -74,7 +74,7 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
 
     """
     nothing = np.zeros(len(points), dtype=np.bool_)
-    if settings.ground_form == "level":
+    if settings.stages.ground_form == "level":
         return Surface(points, ~nothing, nothing)
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)

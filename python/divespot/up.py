@@ -90,7 +90,7 @@ class Evidence:
         at_origin = cloud.sensor_m == ORIGIN
         return cls(
             asked,
-            settings.up,
+            str(settings.up),
             sensor_m,
             at_origin,
             axis_z(places_m),
