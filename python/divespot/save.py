@@ -36,6 +36,16 @@ def save_base(report: Report, path: str | os.PathLike[str]) -> None:
     DivespotError
         Another ending, or the file cannot be written.
 
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> scan = simulate.scan("shape-05", density=0.03)
+    >>> divespot.save_base(divespot.measure(scan.points), "floor.ply")
+    >>> again = divespot.measure(scan.points, base="surface=floor.ply")
+    >>> again.piles[0].base
+    'surface'
+
     """
     require_kind("report", report, Report)
     if not str(path).lower().endswith(SAVED):
@@ -56,6 +66,15 @@ def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
     ------
     DivespotError
         The file cannot be written.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> scan = simulate.scan("shape-05", density=0.03)
+    >>> divespot.save_outlines(divespot.measure(scan.points), "piles.geojson")
+    >>> len(divespot.measure(scan.points, outline="piles.geojson").piles)
+    1
 
     """
     require_kind("report", report, Report)

@@ -61,6 +61,16 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
     DivespotError
         `points` have the wrong shape or type, or fewer than five distinct positions.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import divespot
+    >>> x, y = np.meshgrid(np.arange(40) * 0.02, np.arange(40) * 0.02)
+    >>> floor = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    >>> found = divespot.survey(floor)
+    >>> round(found.spacing_m, 9), found.regular, round(found.roughness_m, 9)
+    (0.02, True, 0.0)
+
     """
     return Survey(
         *_native.survey(as_floats("points", points), seed_number(seed), thread_number(threads))
@@ -68,5 +78,16 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
 
 
 def point_spacing(points: ArrayLike, *, seed: int = 0) -> float:
-    """Return the typical distance between neighbouring points, in metres (see `Survey`)."""
+    """Return the typical distance between neighbouring points, in metres (see `Survey`).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import divespot
+    >>> x, y = np.meshgrid(np.arange(40) * 0.02, np.arange(40) * 0.02)
+    >>> floor = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    >>> round(divespot.point_spacing(floor), 9)
+    0.02
+
+    """
     return survey(points, seed=seed).spacing_m

@@ -63,6 +63,14 @@ def read(
     DivespotError
         If there is no such file, it is not readable, damaged, without points or in no accepted
         format, if `unit` is unknown, or if the file is in degrees or another unit that is none.
+
+    Examples
+    --------
+    >>> from divespot import io
+    >>> io.write("scan.xyz", [[0.0, 0.0, 1.0], [0.0, 1.0, 2.0]])
+    >>> io.read("scan.xyz", unit="ft").points[:, 2].round(4).tolist()
+    [0.3048, 0.6096]
+
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)

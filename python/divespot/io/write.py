@@ -45,6 +45,14 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
     ------
     DivespotError
         If the shape, the extension or the folder is not as needed, or LAS cannot hold a value.
+
+    Examples
+    --------
+    >>> from divespot import io
+    >>> io.write("scan.ply", [[0.0, 0.0, 1.0], [0.0, 1.0, 2.0]])
+    >>> len(io.read("scan.ply").points)
+    2
+
     """
     xyz = as_floats("points", points)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or xyz.dtype.kind not in "iuf":

@@ -94,6 +94,14 @@ def scan(
     ------
     DivespotError
         If the name is unknown or the scene cannot be.
+
+    Examples
+    --------
+    >>> from divespot import simulate
+    >>> one = simulate.scan("shape-05", seed=3, density=0.03)
+    >>> one.points.shape[1], round(one.volume_m3, 6)
+    (3, 0.028)
+
     """
     seed, repeat = seed_number(seed), whole("repeat", repeat)
     if isinstance(scene, str):
