@@ -1,4 +1,4 @@
-"""What the README shows must work."""
+"""What the README and the pages of docs/ show must work."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+def blocks(language: str, page: str = README) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
 
 
 def test_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
@@ -30,8 +30,9 @@ def test_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def commands() -> list[str]:
-    lines = "".join(blocks("sh")).splitlines()
-    return [line for line in lines if line.startswith("divespot ")]
+    pages = [README, *(page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))]
+    lines = "".join("".join(blocks("sh", page)) for page in pages).splitlines()
+    return sorted({line for line in lines if line.startswith("divespot ")})
 
 
 @pytest.mark.parametrize("line", commands())

@@ -53,7 +53,21 @@ Scannable: TypeAlias = "str | os.PathLike[str] | ArrayLike | LegacyCloud | Tenso
 class Source:
     """Where the points came from and how many were of no use.
 
-    `unit` is the unit of the file's numbers; the report's positions are in it.
+    Attributes
+    ----------
+    path
+        The file; null for an array.
+    points
+        Points that were read, those of no use included.
+    dropped_nonfinite
+        Points with a coordinate that is not finite.
+    dropped_zero
+        Points at (0, 0, 0): pixels without a depth.
+    unit
+        Unit of the file's numbers; the report's positions are in it.
+    crs
+        Coordinate reference system, as far as the file names it.
+
     """
 
     path: str | None

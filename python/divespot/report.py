@@ -79,14 +79,51 @@ class Budget:
 
 @dataclass(frozen=True)
 class Pile:
-    """One object on the ground.
+    """One object on the ground. Positions are in the scan's own frame and unit.
 
-    `volume_m3` is `cut_m3` (above the base) less `fill_m3` (below it). `u95_m3` is the expanded
-    uncertainty, twice the standard uncertainty that `budget` adds up to. `base` names what the
-    base rests on. A pile that `touches_edge` runs out of the scan; the walls of one that
-    `leans_on_wall` are not part of it. `volume_by_base_m3` are the volumes above the bases that
-    were compared, None where none were. `name` is that of the outline, where one was given.
-    `reason` says why the object is no pile; None for a pile.
+    Attributes
+    ----------
+    id
+        Number in the report, from 1, the largest first.
+    volume_m3
+        `cut_m3` less `fill_m3`: negative for a hole.
+    u95_m3
+        Expanded uncertainty of the volume: the truth is to lie within it in 95 of 100 cases.
+        Twice the standard uncertainty that `budget` adds up to.
+    cut_m3
+        Volume above the base.
+    fill_m3
+        Volume missing below the base, as a positive number.
+    footprint_m2
+        Area that the object covers, in plan.
+    max_height_m
+        Height of its highest cell above the base.
+    centroid_m
+        Centre of its volume.
+    outline_m
+        Corners of its outline at the base, counter-clockwise from above, the first not repeated.
+    seen_fraction
+        Share of its footprint's cells that the scan saw; the others were filled.
+    touches_edge
+        Whether it runs out of the scan: what lies beyond is not counted.
+    leans_on_wall
+        Whether walls hold it back, which are no part of it.
+    mass_kg
+        Volume times bulk density; null without a density.
+    u95_mass_kg
+        Expanded uncertainty of the mass, that of the density in it.
+    base
+        What the base rests on: the ring of ground around the pile (``ring``), the scene's ground
+        where that says nothing (``ground``), or the base that was asked for.
+    budget
+        What the uncertainty consists of.
+    volume_by_base_m3
+        Volumes above the bases that were compared; null where none were.
+    name
+        Name of the outline, where one was given.
+    reason
+        Why the object is no pile; other objects alone have it.
+
     """
 
     id: int
@@ -112,7 +149,20 @@ class Pile:
 
 @dataclass(frozen=True)
 class Total:
-    """All piles together; what their errors have in common adds up linearly."""
+    """All piles together; what their errors have in common adds up linearly.
+
+    Attributes
+    ----------
+    volume_m3
+        Sum of the piles' volumes.
+    u95_m3
+        Expanded uncertainty of that sum.
+    mass_kg
+        Volume times bulk density; null without a density.
+    u95_mass_kg
+        Expanded uncertainty of the mass.
+
+    """
 
     volume_m3: float
     u95_m3: float
@@ -134,12 +184,24 @@ class Total:
 class Ground:
     """The plane of the ground, ``normal @ p == offset_m`` in metres in the scan's frame.
 
-    The normal is up. `up_from` says why: given, sensor (which cannot see a floor from below),
-    coordinate system (a projected one, where z is up and the plane is level), small tilt (a floor
-    lies all but level in the scan's own frame), nothing below (the scan lies on this side).
-    `tilt_deg` is the angle between z, or the given up, and the normal of the plane that fits the
-    ground. `roughness_m` is the standard deviation of the ground's cells about it,
-    `inlier_fraction` the share of the points within the plane's threshold.
+    Attributes
+    ----------
+    normal
+        Unit vector across the plane; it points up.
+    offset_m
+        Distance of the plane from the scan's origin along the normal.
+    tilt_deg
+        Angle between z, or the given up, and the normal of the plane that fits the ground.
+    roughness_m
+        Standard deviation of the ground's cells about the ground's surface.
+    inlier_fraction
+        Share of the points within the threshold of the plane.
+    up_from
+        What said which way is up: ``given``; ``sensor``, which cannot see a floor from below;
+        ``coordinate system``, a projected one, where z is up and nothing is turned; ``small
+        tilt``, a floor that lies all but level in the scan's own frame; ``nothing below``, the
+        side of the ground on which the scan lies.
+
     """
 
     normal: Position
@@ -160,10 +222,21 @@ class Outline:
 
 @dataclass(frozen=True)
 class Level:
-    """The levelled scene, for pictures: height map, ground, outlines in the report's order.
+    """The levelled scene, for pictures.
 
-    `base_m` is the base in force below each cell, NaN where it is not known; `frame` is the way
-    from here to the scan.
+    Attributes
+    ----------
+    height_map
+        The surface.
+    ground_m
+        Height of the ground.
+    outlines
+        Outlines of all objects, in the report's order.
+    base_m
+        Shape of the map: the base in force below each cell, NaN where it is not known.
+    frame
+        The way from here to the scan.
+
     """
 
     height_map: HeightMap
@@ -175,7 +248,30 @@ class Level:
 
 @dataclass(frozen=True)
 class Report:
-    """The result of `divespot.measure`."""
+    """The result of `divespot.measure`.
+
+    Attributes
+    ----------
+    source
+        Where the points came from.
+    piles
+        The piles, largest first.
+    other_objects
+        What stands, hangs or was dug out and is no pile, largest first, each with its reason.
+    total
+        All piles together.
+    ground
+        The plane of the ground.
+    settings
+        The settings in force, with the lengths that followed from the scan.
+    timings_s
+        Seconds that each stage took, in the order of the stages.
+    warnings
+        What a user should know before trusting the numbers, a sentence each.
+    level
+        The levelled scene, for pictures; not in the JSON.
+
+    """
 
     source: Source
     piles: tuple[Pile, ...]
