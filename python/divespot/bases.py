@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from divespot.ground_level import GroundLevel
     from divespot.settings import Settings
 
-#: A given surface that was not seen below more than this share of what stands on it is told of.
+#: A warning is given where a given surface shows nothing below more than this share of what was
+#: measured.
 UNSEEN_SHARE = 0.01
 
 

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from divespot.rounding import Rounding
     from divespot.settings import Settings
 
-#: With a base as uncertain as this share of the volume, it does not suit the ground around.
+#: A base that was asked for is doubted where its uncertainty is more than this share of the volume:
+#: the ground around the pile then lies elsewhere.
 OFF_SHARE = 0.05
 
 
@@ -139,8 +140,10 @@ def _doubts_of(pile: Pile, settings: Settings) -> list[str]:
     if pile.touches_edge:
         found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
     if pile.base == "ground":
-        found.append(f"pile {pile.id} has no ground of its own around it")
-    # A height need not be the ground's.
+        found.append(
+            f"pile {pile.id} stands on the level of the whole ground: none was seen around it"
+        )
+    # A height that was given may well lie off the ground.
     own = settings.base == "local" or pile.base == "height"
     if not own and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
         off_m = pile.budget.base_m3 / pile.footprint_m2

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from divespot.spacing import Survey
 
 
-#: Planes of two scans that differ by more are a floor and a wall.
+#: Where the planes of two scans differ by more than this, one is a floor and the other a wall.
 WALL_DEG = 45.0
 
-#: With more of its points on one plane, an earlier scan shows an empty floor and nothing else.
+#: An earlier scan with more than this share of its points on one plane shows an empty floor alone.
 BARE_SHARE = 0.9
 
-#: With points farther apart than so many cells, most cells between them are empty.
+#: With points farther apart than so many cells, most cells hold none: the map is of triangles.
 APART = 1.1
 
 
@@ -159,7 +159,7 @@ def map_earlier(
         raise DivespotError(f"base surface={earlier.path}: {error}") from None
     low, high = surface.points[:, :2].min(axis=0), surface.points[:, :2].max(axis=0)
     shared = ((level[:, :2] >= low) & (level[:, :2] <= high)).all(axis=1)
-    # Among the scan's points, none of which counts, so that the grid is the scan's.
+    # The scan's points are passed along, masked out, so that both scans get the same grid.
     among = np.concatenate([surface.points, level[shared]])
     is_on = np.concatenate([np.zeros(len(surface.points), np.bool_), walked.is_on[shared]])
     coarse = earlier.scan.spacing_m > APART * grid.cell_m

@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from divespot.directions import Position
     from divespot.settings import Settings
 
+#: Fewest points of a scan.
 FEWEST = 10
-#: Smaller than this is no scan in metres.
+#: Smallest extent of a scan, in metres.
 SMALLEST_M = 1e-6
-#: A pile of a third of the scan is to have more than a handful of steps.
+#: Fewest steps of rounded coordinates across a scan: a pile a third as wide then spans seven.
 FEWEST_STEPS = 20
 
 

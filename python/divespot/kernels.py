@@ -19,7 +19,7 @@ from divespot._arguments import as_floats, number, switch, thread_number, whole,
 def radius_outlier_mask(
     points: ArrayLike, radius_m: float, min_neighbors: int, *, threads: int = 0
 ) -> NDArray[np.bool_]:
-    """Tell which points have company: the radius filter of the paper's Algorithm 1.
+    """Tell which points have enough neighbours: the radius filter of the paper's Algorithm 1.
 
     Parameters
     ----------

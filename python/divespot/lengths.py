@@ -16,31 +16,32 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
-#: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
+#: Flattest angle at which bulk material lies. Below the margin, a pile's toe is no wider than
+#: margin / tan of it.
 FLATTEST_REPOSE_DEG = 15.0
 
-#: A pile that takes up this share of the scene is to have so many points at least, fewer where all
-#: cells hold equally many: over the means of fifty cells of about four points, gaps, its toe and a
-#: wall beside it still weigh. With fewer points in all than gives it these, the surface is
-#: triangulated, which takes several times as long.
+#: A pile on this share of the scene is to hold 200 points, 60 on a regular raster, where all cells
+#: hold equally many: fifty cells of four points each. With fewer, gaps, the toe and a wall beside
+#: the pile weigh too much in the means over cells, and the surface is triangulated instead, which
+#: takes several times as long.
 PILE_SHARE, PILE_POINTS, REGULAR_POINTS = 0.01, 200, 60
 
-#: A point this many standard deviations from a plane does not support it.
+#: A point within so many standard deviations of a plane supports it.
 SIGMAS = 4.0
 
-#: Edge of the cells on which the triangles between few points are drawn, in point spacings.
+#: Edge of a cell, in point spacings, where the surface is triangulated.
 FINE = 1.0 / 3.0
 
-#: Thresholds that are tried, each half of the one before.
+#: Thresholds that are tried for the flattest plane, each half of the one before.
 HALVINGS = 8
 
-#: The ground holds at least this share of the points, and that part of normal values lies within
-#: so many standard deviations.
+#: The ground holds at least this share of the points. Of normally distributed values, that share
+#: lies within 0.385 standard deviations of the mean.
 FLAT_SHARE = 0.3
 FLAT_QUANTILE = 0.385
 
 
-#: A cloud without noise, too, has a threshold: this share of the one by its spacing.
+#: Least threshold, for clouds without noise: this share of the one that follows from the spacing.
 SMALLEST = 1e-3
 
 

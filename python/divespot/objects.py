@@ -38,10 +38,10 @@ if TYPE_CHECKING:
         int,
     ]
 
-#: A summit and its eight neighbours: fewer points have no shape that a pile could be told by.
+#: Fewest points of an object: a summit and its eight neighbours. Fewer show no shape.
 FEWEST_POINTS = 9
 
-#: With more of what stands above the ground in no object, something may have been missed.
+#: A warning is given where more than this share of the cells above the ground is in no object.
 LOOSE_SHARE = 0.25
 
 

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 #: The path of a GeoJSON file, or what it holds.
 Outlines: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 
-#: No file of outlines is larger.
+#: Largest file of outlines that is read.
 LARGEST_BYTES = 256 << 20
 
-#: With the ground's normal farther than this from the scan's z axis, x and y are no plan.
+#: Largest angle between the ground's normal and the scan's z at which x and y are a plan of it.
 PLAN_DEG = 45.0
 
 

@@ -103,7 +103,7 @@ def find_pose(
     return Pose(plane, rotation, tilt_deg, up.source, up.conflicts(threshold_m))
 
 
-#: With less of the points on the ground's plane, the ground is no plane.
+#: With a smaller share of the points on the ground's plane, the ground may be uneven.
 FLAT_SHARE = 0.2
 
 

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 SCHEMA = "divespot.report/1"
 
-#: Half-width, in standard deviations, of an expanded uncertainty of 95 %.
+#: Coverage factor: an expanded uncertainty of 95 % is so many standard uncertainties (GUM 6.3.3).
 COVERAGE = 2.0
 
 #: Terms of the budget that all piles of a scan have in common.
 COMMON = ("registration_m3", "base_m3", "scale_m3", "rounding_m3")
 
-#: Blanks before a line of JSON.
+#: Most blanks by which JSON is indented.
 MOST_INDENT = 100
 
 

@@ -208,5 +208,7 @@ def needs_ground(settings: Settings) -> bool:
 def given(value: float | None) -> float:
     """Return a length that must be known by now."""
     if value is None:
-        raise DivespotError("a length is not known yet: settings must be resolved against a scan")
+        raise DivespotError(
+            "a length is not known yet: settings that a scan has completed are needed"
+        )
     return value

@@ -1,4 +1,4 @@
-"""What a cloud says of itself; all default lengths follow from it."""
+"""Spacing, roughness and normals of a cloud, from which all lengths follow."""
 
 from __future__ import annotations
 

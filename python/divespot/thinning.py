@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from divespot.intake import Cloud
     from divespot.settings import Settings
 
-#: A quarter of the surface at least is sparser than the typical point by this factor, or the
-#: density is even: distances to a fourth neighbour at random scatter by a third.
+#: Density is uneven where a quarter of the surface or more is sparser than what is typical by this
+#: factor. At random places, distances to a fourth neighbour scatter by a third.
 UNEVEN = 2.5
 
-#: Such a scan is thinned to voxels of so many of the spacings where points are few.
+#: Edge of the voxels to which such a scan is thinned, in spacings of its sparse part.
 THINNED = 1.0
 
 

@@ -25,11 +25,10 @@ if TYPE_CHECKING:
 
 UpFrom: TypeAlias = Literal["given", "sensor", "coordinate system", "small tilt", "nothing below"]
 
-#: What is flatter than this is no slope of bulk material: the ground of a survey is looked for
-#: among such planes.
+#: No bulk material lies flatter: the ground of a survey is looked for among planes that do.
 LEVEL_DEG = 15.0
 
-#: Beyond this angle to the ground's normal, a direction is no upward one.
+#: A direction farther than this from the ground's normal is not upward.
 STEEPEST_DEG = 60.0
 
 #: Loaded trucks climb 1 in 6 at most, 9.5°. Where only the coordinates look like those of a survey,
@@ -81,7 +80,7 @@ class Evidence:
         asked = parse_up(settings.up)
         places_m = survey.at_m + cloud.origin_m
         projected = cloud.projected or is_survey(places_m)
-        cone(asked, settings.max_tilt_deg)  # a direction must be one
+        cone(asked, settings.max_tilt_deg)  # refuses what is no direction
         agrees = asked is None or angle_deg(Z, asked) <= settings.max_tilt_deg
         sensor_m = None
         if cloud.sensor_m is not None:
@@ -179,7 +178,7 @@ class Up:
         )
 
 
-#: What an uncertain source of up is called in a sentence.
+#: What a source of up that may be wrong is called in a warning.
 REASONS = {
     "sensor": "the place of the sensor",
     "small tilt": "z, in which the floor is all but level",

@@ -51,9 +51,10 @@ class Floor:
         require_not_negative(self, "wave_m")
         for name in ("slope_deg", "fold_deg"):
             angle = getattr(self, name)
-            require(abs(angle) < 45, f"Floor.{name} is {angle}; an angle below 45 is needed")
+            require(abs(angle) < 45, f"Floor.{name} is {angle}: an angle below 45 is needed")
         nodes = self.length_m * self.width_m / self.node_m**2
         require(
             nodes <= 2e7,
-            f"a floor of {nodes:.0f} nodes was asked for; up to 20 million fit, raise Floor.node_m",
+            f"a floor of {nodes:.0f} nodes was asked for: 20 million at most are needed (a larger "
+            "Floor.node_m)",
         )

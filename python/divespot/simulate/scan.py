@@ -136,7 +136,7 @@ def scan(
 
 def _denser(scene: Scene, density: float) -> Scene:
     if not 0 < number("density", density) <= 100:
-        raise DivespotError(f"density is {density}; a number above 0 and up to 100 is needed")
+        raise DivespotError(f"density is {density}: a number above 0 and up to 100 is needed")
     finer = density**0.5
     columns, rows = (max(2, round(n * finer)) for n in scene.camera.pixels)
     camera = replace(scene.camera, pixels=(columns, rows))

@@ -46,7 +46,7 @@ def scene_named(name: str, seed: int = 0) -> Scene:
         If there is no such name; the message lists them.
     """
     if word("name", name) not in NAMES:
-        raise DivespotError(f"there is no scene {name!r}; the scenes are {', '.join(NAMES)}")
+        raise DivespotError(f"there is no scene {name!r}: one of {', '.join(NAMES)} is needed")
     return replace(NAMES[name](stream(seed_number(seed), f"{name} scene")), name=name)
 
 

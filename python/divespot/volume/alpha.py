@@ -49,7 +49,7 @@ def alpha_shape(points_m: ArrayLike, alpha_m: float) -> float:
     return float(volumes[radii <= largest_m].sum())
 
 
-#: Share of the points' spacing by which they are shaken.
+#: Points are moved at random by this share of their spacing.
 SHAKEN = 0.001
 
 
