@@ -86,7 +86,7 @@ def _require_level(beside_m: Array, owner: NDArray[np.int16], piles: int) -> Non
         under_m = beside_m[owner == number]
         if np.ptp(under_m) > 0:
             raise DivespotError(
-                f"pile {number} lies on the face of a level: another place is needed, or under_piles"
+                f"pile {number} lies on the face of a level: another place or under_piles is needed"
             )
 
 
