@@ -20,7 +20,8 @@ from typing import Any, Literal
 from divespot import Budget, Ground, Pile, Report, Settings, Source, Stages, Total
 from divespot.cli.options import GROUPS
 from divespot.directions import Position
-from divespot.report import SCHEMA, Level
+from divespot.level import Level
+from divespot.report import SCHEMA
 from divespot.up import UpFrom
 
 ROOT = Path(__file__).resolve().parents[1]

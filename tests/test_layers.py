@@ -15,7 +15,7 @@ LAYERS = {
     "kernels": "clustering grid kernels plane spacing",
     "stages": "sensor intake lengths thinning clusters filters up pose frame strays surface "
     "ground_level earlier bases objects holes differences outline_checks outline_file rounding",
-    "report": "report describe",
+    "report": "level report describe",
     "results": "plot save volume",
     "method": "pipeline divespot",
     "scenes": "simulate",

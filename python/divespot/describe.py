@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.level import Outline
 from divespot.mass import mass_kg
 from divespot.pose import FLAT_SHARE
-from divespot.report import COVERAGE, Budget, Ground, Outline, Pile
+from divespot.report import COVERAGE, Budget, Ground, Pile
 
 if TYPE_CHECKING:
     from divespot import _native

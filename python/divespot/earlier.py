@@ -86,7 +86,7 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
 
 
 def _own(settings: Settings) -> Settings:
-    """Return the settings that say nothing of the scan's own lengths."""
+    """Return settings for the earlier scan: without the lengths that followed from this one."""
     inner = settings.stages
     return Settings(
         up=settings.up,

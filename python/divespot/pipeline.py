@@ -15,6 +15,7 @@ from divespot.frame import Frame
 from divespot.ground_level import find_ground
 from divespot.holes import with_holes
 from divespot.intake import crop, load
+from divespot.level import Level
 from divespot.objects import (
     find_objects,
     measure_objects,
@@ -22,7 +23,7 @@ from divespot.objects import (
 )
 from divespot.outline_file import read_regions
 from divespot.progress import Progress
-from divespot.report import Level, Report, Total
+from divespot.report import Report, Total
 from divespot.rounding import Rounding
 from divespot.settings import Settings
 from divespot.strays import drop_strays

@@ -62,9 +62,8 @@ def find_pose(
     is z, and nothing is turned: a pit or a terrace would tilt a plane. Elsewhere the ground's own
     plane is laid level; of several the one that has (nearly) nothing below it and on which
     something slopes as bulk material does; see the core's ``ground`` module. The paper takes the
-    largest, which may be a wall. Inside an outline above a given height, or where only slopes
-    were seen of what stands above it, level is what is upright to the direction that the height is
-    along.
+    largest, which may be a wall. With ``base="height=H"`` inside an outline, or where only slopes
+    were seen, up is exactly the direction along which that height is measured.
 
     Raises
     ------
@@ -112,8 +111,8 @@ def _upright(
 ) -> Plane:
     """Return the plane across up through the middle of a plane's points, where up is exact.
 
-    So it is in a projected system; and the sides of a prism are as high as the base is deep: they
-    must run along the base's normal.
+    Up is exact in a projected system. It must be, too, where a volume is a prism between an
+    outline and a given height: the prism's sides run along the direction of that height.
     """
     asked = evidence.asked
     steep = asked is not None and LEVEL_DEG < angle_deg(plane.normal, asked) <= STEEPEST_DEG

@@ -16,13 +16,9 @@ from divespot.mass import mass_kg
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import numpy as np
-    from numpy.typing import NDArray
-
     from divespot.directions import Position
-    from divespot.frame import Frame
-    from divespot.grid import HeightMap
     from divespot.intake import Source
+    from divespot.level import Level
     from divespot.settings import Settings
     from divespot.up import UpFrom
 
@@ -210,40 +206,6 @@ class Ground:
     roughness_m: float
     inlier_fraction: float
     up_from: UpFrom
-
-
-@dataclass(frozen=True)
-class Outline:
-    """The outline of an object in the level frame, and why it is no pile; None for a pile."""
-
-    corners_m: tuple[Position, ...]
-    reason: str | None
-
-
-@dataclass(frozen=True)
-class Level:
-    """The levelled scene, for pictures.
-
-    Attributes
-    ----------
-    height_map
-        The surface.
-    ground_m
-        Height of the ground.
-    outlines
-        Outlines of all objects, in the report's order.
-    base_m
-        Shape of the map: the base in force below each cell, NaN where it is not known.
-    frame
-        The way from here to the scan.
-
-    """
-
-    height_map: HeightMap
-    ground_m: float
-    outlines: tuple[Outline, ...]
-    base_m: NDArray[np.float64]
-    frame: Frame
 
 
 @dataclass(frozen=True)

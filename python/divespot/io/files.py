@@ -1,4 +1,4 @@
-"""The bytes of a file that is one."""
+"""The bytes of a regular file."""
 
 from __future__ import annotations
 

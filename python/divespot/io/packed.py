@@ -12,7 +12,7 @@ from divespot.errors import DivespotError
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 #: zlib's window for a GZIP header.
 _GZIP_BITS = 31
-#: No scan is packed to less than this share; what claims to be is taken only if it is small.
+#: Largest ratio of unpacked to packed size; what claims more is unpacked only up to so many bytes.
 _LARGEST_RATIO, _ALWAYS_BYTES = 100, 256 << 20
 
 

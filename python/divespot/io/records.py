@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 
-#: No list of points has so many columns; an image less than four times as high as wide, none.
+#: A table wider than 64 columns is an image, and so is one of 16 or more that is less than four
+#: times as high as wide.
 _IMAGE_COLUMNS, _TABLE_COLUMNS, _TALL = 16, 64, 4
 
 
