@@ -216,6 +216,14 @@ def test_an_option_of_the_paper_needs_its_preset(heap: Path) -> None:
     assert "--window is of the paper's method: it needs --preset paper" in result.stderr
 
 
+def test_an_option_that_is_gone_says_where_it_went(heap: Path) -> None:
+    for option in ("--method", "--alpha", "--slice-m"):
+        result = run("measure", heap, option, "hull")
+        assert result.exit_code == 2
+        assert "divespot.volume.volumes_m3 takes it" in result.stderr
+    assert "No such option" in run("measure", heap, "--methods", "hull").stderr
+
+
 def test_paper_preset(heap: Path) -> None:
     result = run("measure", heap, "--preset", "paper", "--json", "-", "--no-scene-cluster")
     expected = divespot.measure(heap, Settings.paper(scene_cluster=False))

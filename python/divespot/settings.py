@@ -155,7 +155,8 @@ class Settings(Checked):
         """
         for name in changes:
             if name not in NAMES:
-                raise DivespotError(_unknown(name))
+                known = f"unknown setting {name!r}: one of {', '.join(NAMES)} is needed"
+                raise DivespotError(elsewhere(name) or known)
         return dataclasses.replace(self, **changes)
 
     def tuned(self, **changes: Unpack[PaperChanges]) -> Settings:
@@ -187,13 +188,13 @@ STAGE_NAMES = tuple(item.name for item in dataclasses.fields(Stages))
 _VOLUME = ("method", "inner_voxel_m", "slice_m", "slice_contour", "alpha_m")
 
 
-def _unknown(name: str) -> str:
-    """Say what is needed instead of a name that is no setting."""
+def elsewhere(name: str) -> str | None:
+    """Say where a name that is no setting is taken; None for one that never was any."""
     if name in STAGE_NAMES:
         return f"{name} is no setting of the instrument: Settings.paper({name}=...) takes it"
     if name in _VOLUME:
         return f"{name} is no setting any more: divespot.volume.volumes_m3 takes it"
-    return f"unknown setting {name!r}: one of {', '.join(NAMES)} is needed"
+    return None
 
 
 #: Bases that stand whether or not the ground is in view.

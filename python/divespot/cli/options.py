@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from divespot.errors import DivespotError
-from divespot.settings import Settings
+from divespot.settings import Settings, elsewhere
 from divespot.stages import Stages
 
 if TYPE_CHECKING:
@@ -74,6 +74,15 @@ def simulation_options(command: F) -> F:
 
 class Grouped(click.Command):
     """A command whose ``--help`` shows options under headings, outputs first."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; of an option that is gone, say where it went."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            name = error.option_name.lstrip("-").replace("-", "_")
+            gone = elsewhere(name) or elsewhere(f"{name}_m")
+            raise click.UsageError(gone, ctx) if gone else error from None
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options of each group."""
