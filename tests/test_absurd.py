@@ -76,6 +76,11 @@ MAP = divespot.height_map(CONE, 0.25)
 REPORT = divespot.measure(CONE)
 BODY = volume.bodies_of(REPORT)[0]
 
+#: A scene whose scan is small at any density that is taken.
+SMALL_SCENE = simulate.Scene(
+    piles=(simulate.Pile(0.01),), camera=simulate.Camera(frames=1, pixels=(24, 24))
+)
+
 #: Each public function with arguments that it takes.
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "fit_plane": (divespot.fit_plane, {"points": CONE, "threshold_m": 0.1}),
@@ -102,7 +107,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "io.write": (dio.write, {"path": "out.ply", "points": CONE}),
     "plot.figure": (plot.figure, {"report": REPORT}),
     "plot.save_picture": (plot.save_picture, {"report": REPORT, "path": "picture.png"}),
-    "simulate.scan": (simulate.scan, {"scene": "shape-05", "density": 0.02}),
+    "simulate.scan": (simulate.scan, {"scene": SMALL_SCENE, "density": 1.0}),
     "simulate.scene_named": (simulate.scene_named, {"name": "shape-05"}),
     "evaluate.evaluate": (evaluate.evaluate, {"scans": "list.csv"}),
     "evaluate.goals": (evaluate.goals, {"evaluation": evaluate.Evaluation((), (), ())}),
