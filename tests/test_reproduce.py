@@ -27,7 +27,7 @@ TINY = Plan(
     rounds=1,
     side_rounds=1,
     density=0.04,
-    side_density=0.04,
+    side_density=0.025,
     layers=(80, 100, 125),
     time_points=5000,
 )
