@@ -69,6 +69,11 @@ def test_geojson_may_be_given_as_a_dict(tmp_path: Path) -> None:
     again = divespot.measure(cone(), json.loads(by_dict.to_json())["settings"])
     assert again.piles == by_dict.piles
     assert by_dict.inputs == (None, None, None)
+    corners = tuple((np.float64(x), np.float32(y)) for x, y in np.array(square(0.5)))
+    of_tuples = {"type": "Polygon", "coordinates": (corners,)}
+    assert divespot.measure(cone(), outline=of_tuples).piles[0].footprint_m2 == pytest.approx(1.0)
+    with pytest.raises(DivespotError, match=r"^outline is {.*}: a path, or GeoJSON as a dict, is"):
+        divespot.measure(cone(), outline={"type": object()})
     with pytest.raises(DivespotError, match=r"^outline: outline 1 is Point: Polygon or MultiPol"):
         divespot.measure(cone(), outline={"type": "Point", "coordinates": [0, 0]})
     far = polygon([[x + 99, y] for x, y in square(0.6)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import json
 import math
 import numbers
 import os
@@ -201,7 +202,14 @@ def outlines(help_text: str) -> Any:  # noqa: ANN401
 
 
 def _path_or_dict(value: Any) -> str | dict[str, Any] | None:  # noqa: ANN401
-    return (dict(value) or None) if isinstance(value, Mapping) else _path(value)
+    if not isinstance(value, Mapping):
+        return _path(value)
+    try:
+        # Tuples and NumPy's numbers, as libraries of geometry give them, become JSON's own.
+        plain: dict[str, Any] = json.loads(json.dumps({**value}, default=float))
+    except (TypeError, ValueError, RecursionError):
+        return None
+    return plain or None
 
 
 def _path(value: Any) -> str | None:  # noqa: ANN401
