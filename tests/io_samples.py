@@ -13,6 +13,7 @@ import pytest
 
 from divespot import DivespotError
 from divespot import io as dio
+from scanner_samples import ptx
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -138,8 +139,12 @@ VALID = {
     "cloud.xyz": text(POINTS),
     "cloud.csv": b"x,y,z\n" + text(POINTS, ","),
     "cloud.pts": b"5\n" + text(POINTS),
+    "cloud.ptx": ptx(POINTS),
 }
 """Files that hold POINTS."""
+
+IN_METRES = (".ptx",)
+"""Formats whose numbers are metres by definition."""
 
 VALID_LAS = {
     "cloud.las": las(FINITE),

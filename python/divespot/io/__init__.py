@@ -1,7 +1,7 @@
 """Scans from files, points to files.
 
-Formats: PLY, PCD, LAS, LAZ, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; each also in a GZIP or
-ZIP file.
+Formats: PLY, PCD, LAS, LAZ, PTX, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; each also in
+a GZIP or ZIP file.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def read(
     Parameters
     ----------
     path : str or os.PathLike
-        PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC; NPY or
-        NPZ of shape (n, >=3), (h, w, >=3) or with fields x, y, z; or lines of text. Any of them
-        in a GZIP file or alone in a ZIP file.
+        PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC, PTX
+        (all scans of a file, in its common frame); NPY or NPZ of shape (n, >=3), (h, w, >=3) or
+        with fields x, y, z; or lines of text. Any of them in a GZIP file or alone in a ZIP file.
     unit : str
         The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
         takes what the file states, and metres where it states nothing.
