@@ -13,7 +13,7 @@ import pytest
 
 from divespot import DivespotError
 from divespot import io as dio
-from scanner_samples import ptx
+from scanner_samples import cartesian, e57, ptx
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -140,10 +140,11 @@ VALID = {
     "cloud.csv": b"x,y,z\n" + text(POINTS, ","),
     "cloud.pts": b"5\n" + text(POINTS),
     "cloud.ptx": ptx(POINTS),
+    "cloud.e57": e57((cartesian(POINTS[:2]), None), (cartesian(POINTS[2:]), None)),
 }
 """Files that hold POINTS."""
 
-IN_METRES = (".ptx",)
+IN_METRES = (".ptx", ".e57")
 """Formats whose numbers are metres by definition."""
 
 VALID_LAS = {

@@ -45,13 +45,13 @@ def cartesian(points: NDArray[Any]) -> Columns:
     return {f"cartesian{axis}": points[:, i] for i, axis in enumerate("XYZ")}
 
 
-def e57(*scans: Scan, wkt: str = "") -> bytes:
-    """Return a file of scans: columns of float64 or of integers by the name, and a pose."""
+def e57(*scans: Scan, wkt: str = "", promised: int | None = None) -> bytes:
+    """Return a file of scans: columns of float64 or of bytes by the name, and a pose."""
     body, children = bytearray(48), ""
     for columns, pose in scans:
         at = len(body)
         body += _section(columns, at)
-        children += _child(columns, pose, _physical(at))
+        children += _child(columns, pose, _physical(at), promised)
     xml = _xml(children, wkt).encode()
     start = len(body)
     body += xml
@@ -92,8 +92,10 @@ def _stream(values: NDArray[Any]) -> bytes:
     return values.astype("<f8" if values.dtype.kind == "f" else "u1").tobytes()
 
 
-def _child(columns: Columns, pose: tuple[float, ...] | None, offset: int) -> str:
-    count = len(next(iter(columns.values())))
+def _child(
+    columns: Columns, pose: tuple[float, ...] | None, offset: int, promised: int | None
+) -> str:
+    count = len(next(iter(columns.values()))) if promised is None else promised
     kinds = {"f": 'type="Float"', "u": 'type="Integer" minimum="0" maximum="255"'}
     prototype = "".join(f"<{name} {kinds[v.dtype.kind]}/>" for name, v in columns.items())
     points = f'<points type="CompressedVector" fileOffset="{offset}" recordCount="{count}">'

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from divespot.errors import DivespotError
 from divespot.io import ptx
+from divespot.io.e57 import read_e57
 from divespot.io.las import read_las
 from divespot.io.npy import read_npy, read_npz
 from divespot.io.pcd import read_pcd
@@ -55,6 +56,7 @@ FORMATS = (
         _whole(read_pcd),
     ),
     Format("LAS/LAZ", re.compile(rb"LASF"), (".las", ".laz"), read_las),
+    Format("E57", re.compile(rb"ASTM-E57"), (".e57",), _whole(read_e57)),
     Format("PTX", ptx.BEGINS, (".ptx",), _whole(ptx.read_ptx)),
     Format("NPY", re.compile(rb"\x93NUMPY"), (".npy",), _whole(read_npy)),
     Format("NPZ", re.compile(rb"PK\x03\x04"), (".npz",), _whole(read_npz)),
