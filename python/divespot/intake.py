@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -13,15 +13,21 @@ from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
+from divespot.io.merge import are_paths
 from divespot.report import Source
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from divespot.report import Position
     from divespot.settings import Settings
+
+    #: A path, several that are one survey, or points.
+    Given = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike
 
 FEWEST = 10
 #: Smaller than this is no scan in metres.
@@ -49,7 +55,7 @@ class Cloud:
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Cloud:
+def load(source: Given, settings: Settings) -> Cloud:
     """Read a scan; drop and count points that are not finite and points at (0, 0, 0).
 
     Depth cameras mark a pixel without a depth with either.
@@ -76,7 +82,7 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
-    described = Source(scan.path, *counts, scan.unit, scan.crs)
+    described = Source(scan.path, *counts, scan.unit, scan.crs, scan.files)
     place = sensor_place(scan, points, origin, settings)
     return Cloud(
         points, np.array(origin), described, warnings, scan.projected, place, scan.quantum_m
@@ -95,8 +101,8 @@ def _refuse_coarse(scan: Scan, points: NDArray[np.float64]) -> None:
             )
 
 
-def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
-    if isinstance(source, str | os.PathLike):
+def _scan(source: Given, settings: Settings) -> Scan:
+    if isinstance(source, str | os.PathLike) or are_paths(source):
         return read(
             source,
             unit=settings.unit,
@@ -104,7 +110,7 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
             classes=settings.classes,
             returns=settings.returns,
         )
-    array = as_floats("points", source)
+    array = as_floats("points", cast("ArrayLike", source))
     if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":
         raise DivespotError(
             f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) or (h, w, 3) "

@@ -33,14 +33,13 @@ from divespot.surface import find_surface, map_heights
 from divespot.volume.methods import by_method
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable
 
-    from numpy.typing import ArrayLike
+    from divespot.intake import Given
 
 
 def measure(
-    source: str | os.PathLike[str] | ArrayLike,
+    source: Given,
     settings: Settings | None = None,
     *,
     on_stage: Callable[[str], None] | None = None,
@@ -51,9 +50,9 @@ def measure(
     Parameters
     ----------
     source
-        The path of a scan (PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY, NPZ), or points of shape
-        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres. Points that are not
-        finite or all zero are dropped and counted.
+        The path of a scan (PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY, NPZ), a list of
+        paths that are one survey, or points of shape ``(n, 3)``, or ``(h, w, 3)`` for the pixels
+        of a frame, in metres. Points that are not finite or all zero are dropped and counted.
     settings
         What to do; by default `Settings()`, where every length follows from the scan.
     on_stage

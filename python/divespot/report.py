@@ -42,7 +42,8 @@ UpFrom = Literal["given", "sensor", "coordinate system", "small tilt", "nothing 
 class Source:
     """Where the points came from and how many were of no use.
 
-    `unit` is the unit of the file's numbers; the report's positions are in it.
+    `unit` is the unit of the file's numbers; the report's positions are in it. `files` are all
+    files, where several were merged; `path` is the first of them.
     """
 
     path: str | None
@@ -51,6 +52,7 @@ class Source:
     dropped_zero: int
     unit: str
     crs: str | None
+    files: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -207,7 +209,7 @@ class Report:
         """Paths of all that was read: no output may take their place."""
         base = BaseName.parse(self.settings.base)
         earlier = base.path if base is not None and base.path else None
-        return self.source.path, self.settings.outline, earlier
+        return self.source.path, *self.source.files, self.settings.outline, earlier
 
     @property
     def seed(self) -> int:

@@ -1,6 +1,6 @@
 """Scans from files, points to files.
 
-Formats: PLY, PCD, LAS, LAZ, PTX, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; each also in
+Formats: PLY, PCD, LAS, LAZ, E57, PTX, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; each also in
 a GZIP or ZIP file.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import warnings as python_warnings
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,17 +17,21 @@ from divespot.errors import DivespotError
 from divespot.io.doubts import judged
 from divespot.io.files import bytes_of
 from divespot.io.formats import detect
+from divespot.io.merge import are_paths, merged
 from divespot.io.packed import unpacked
 from divespot.io.scan import FloatArray, RawCloud, Scan
 from divespot.io.units import DEGREES, STRETCHED, UNITS, accepted_units, metres_per
 from divespot.io.wanted import Wanted
 from divespot.io.write import write
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 __all__ = ["UNITS", "Scan", "read", "write"]
 
 
 def read(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     unit: str = "auto",
     columns: str | None = None,
@@ -40,10 +45,12 @@ def read(
 
     Parameters
     ----------
-    path : str or os.PathLike
-        PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC, PTX
-        (all scans of a file, in its common frame); NPY or NPZ of shape (n, >=3), (h, w, >=3) or
-        with fields x, y, z; or lines of text. Any of them in a GZIP file or alone in a ZIP file.
+    path : str or os.PathLike, or a list of these
+        Several files are merged into one survey; they must be in one unit and reference system.
+        PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC, E57
+        and PTX (all scans of a file, in its common frame); NPY or NPZ of shape (n, >=3),
+        (h, w, >=3) or with fields x, y, z; or lines of text. Any of them in a GZIP file or alone
+        in a ZIP file.
     unit : str
         The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
         takes what the file states, and metres where it states nothing.
@@ -62,12 +69,19 @@ def read(
     ------
     DivespotError
         If there is no such file, it is not readable, damaged, without points or in no accepted
-        format, if `unit` is unknown, or if the file is in degrees or another unit that is none.
+        format, if `unit` is unknown, or if the file is in degrees or another unit that is none;
+        if several files disagree on unit or reference system.
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
     wanted = Wanted.of(columns, classes, returns)
-    file = Path(os.fsdecode(path))
+    if are_paths(path):
+        return merged([_named(Path(os.fsdecode(one)), unit, wanted) for one in path])
+    return _named(Path(os.fsdecode(path)), unit, wanted)  # type: ignore[arg-type]  # no list of paths
+
+
+def _named(file: Path, unit: str, wanted: Wanted) -> Scan:
+    """Read a file, and name it where that fails."""
     try:
         return _read(file, unit, wanted)
     except DivespotError as err:

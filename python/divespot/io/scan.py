@@ -42,6 +42,8 @@ class Scan:
         Rows and columns, where the points are the pixels of a frame, row by row.
     quantum_m : tuple of float
         The steps in metres to which x, y and z were rounded, 0 where none is seen.
+    files : tuple of str
+        All files, where several were merged; `path` is the first of them.
     """
 
     points: FloatArray
@@ -54,6 +56,7 @@ class Scan:
     viewpoint_m: tuple[float, float, float] | None = None
     raster: tuple[int, int] | None = None
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    files: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
