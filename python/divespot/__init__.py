@@ -5,6 +5,7 @@ from divespot.bases import save_base
 from divespot.clustering import Clusters, hdbscan
 from divespot.errors import DivespotError
 from divespot.grid import HeightMap, Volume, height_map, integrate
+from divespot.info import Info, info
 from divespot.kernels import (
     HeightHistogram,
     ground_height,
@@ -28,6 +29,7 @@ __all__ = [
     "Ground",
     "HeightHistogram",
     "HeightMap",
+    "Info",
     "Material",
     "Pile",
     "Plane",
@@ -43,6 +45,7 @@ __all__ = [
     "hdbscan",
     "height_histogram",
     "height_map",
+    "info",
     "integrate",
     "measure",
     "point_spacing",

@@ -66,7 +66,11 @@ def load(source: Given, settings: Settings) -> Cloud:
         The file cannot be read, the array has the wrong shape or type, or nothing is left.
 
     """
-    scan = _scan(source, settings)
+    return cloud_of(_scan(source, settings), settings)
+
+
+def cloud_of(scan: Scan, settings: Settings) -> Cloud:
+    """Drop and count the points of a scan that were not seen, as `load` does."""
     points, origin, nonfinite, zero = _native.seen(scan.points, settings.threads)
     if len(points) < FEWEST:
         raise DivespotError(

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot.errors import DivespotError
-from divespot.io.doubts import judged
+from divespot.io.doubts import Judged, doubts_of, judged
 from divespot.io.files import bytes_of
 from divespot.io.formats import detect
+from divespot.io.las_sample import begins_as_las, sample_las
 from divespot.io.merge import are_paths, merged
 from divespot.io.packed import unpacked
 from divespot.io.scan import FloatArray, RawCloud, Scan
@@ -27,7 +28,7 @@ from divespot.io.write import write
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["UNITS", "Scan", "read", "write"]
+__all__ = ["UNITS", "Scan", "read", "sample", "write"]
 
 
 def read(
@@ -92,19 +93,27 @@ def _named(file: Path, unit: str, wanted: Wanted) -> Scan:
         raise DivespotError(f"{file}: too large for the memory there is") from None
 
 
+def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
+    """Read a scan, or some points of one that is large and can be sampled: LAS and LAZ.
+
+    As `read` otherwise; `Scan.whole` says what the file says of all its points.
+    """
+    if not isinstance(unit, str) or unit != "auto":
+        metres_per(unit)
+    return _named(Path(os.fsdecode(path)), unit, Wanted(some=True))
+
+
 def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
-    name, data = unpacked(file, bytes_of(file))
-    found, warnings = detect(name, data)
     # What a library has to say about a file belongs to the scan, not to the process.
     with python_warnings.catch_warnings(record=True) as caught:
         python_warnings.simplefilter("always")
-        raw = found.read(data, wanted)
+        name, raw, warnings = _raw(file, wanted)
     if len(raw.xyz) == 0:
         raise DivespotError("it holds 0 points")
     said = dict.fromkeys(str(warning.message) for warning in caught)
     unit_used, vertical, unit_warnings = _units(raw, unit)
     stated = unit != "auto" or raw.unit is not None
-    seen = judged(raw.xyz, unit_used, stated=stated)
+    seen = _judged(raw, unit_used, stated=stated)
     factors = np.array([metres_per(unit_used)] * 2 + [metres_per(vertical)])
     return Scan(
         points=_scaled(seen.xyz, factors),
@@ -116,7 +125,7 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
             *warnings,
             *raw.warnings,
             *said,
-            *_ignored(found.name, wanted),
+            *_ignored(name, wanted),
             *unit_warnings,
             *seen.warnings,
         ),
@@ -124,7 +133,25 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
         viewpoint_m=None if raw.viewpoint is None else _triple(np.array(raw.viewpoint) * factors),
         raster=raw.raster,
         quantum_m=_triple(seen.quantum * factors),
+        format=name,
+        whole=raw.whole,
     )
+
+
+def _judged(raw: RawCloud, unit: str, *, stated: bool) -> Judged:
+    """Look at a file's numbers; of some lines of points, the steps mean nothing."""
+    if raw.whole is None or raw.whole.points == len(raw.xyz):
+        return judged(raw.xyz, unit, stated=stated)
+    return Judged(raw.xyz, np.zeros(3), () if stated else doubts_of(raw.xyz))
+
+
+def _raw(file: Path, wanted: Wanted) -> tuple[str, RawCloud, tuple[str, ...]]:
+    """Return a file's format, what it holds, and a warning where its name says another format."""
+    if wanted.some and begins_as_las(file):
+        return "LAS/LAZ", sample_las(file, wanted), ()
+    name, data = unpacked(file, bytes_of(file))
+    found, warnings = detect(name, data)
+    return found.name, found.read(data, wanted), warnings
 
 
 def _triple(numbers: FloatArray) -> tuple[float, float, float]:

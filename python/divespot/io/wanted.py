@@ -23,12 +23,15 @@ class Wanted:
         The classes to keep. None: all but noise.
     returns
         Which returns of a pulse to keep.
+    some
+        Whether a sample of the points will do.
 
     """
 
     columns: tuple[str, ...] | None = None
     classes: frozenset[int] | None = None
     returns: Literal["all", "first", "last"] = "all"
+    some: bool = False
 
     @classmethod
     def of(cls, columns: str | None, classes: str | None, returns: str) -> Wanted:
