@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from divespot.errors import DivespotError
-from divespot.io import ptx
+from divespot.io import esri_grid, ptx, raster
 from divespot.io.e57 import read_e57
 from divespot.io.las import read_las
 from divespot.io.npy import read_npy, read_npz
@@ -60,6 +60,14 @@ FORMATS = (
     Format("PTX", ptx.BEGINS, (".ptx",), _whole(ptx.read_ptx)),
     Format("NPY", re.compile(rb"\x93NUMPY"), (".npy",), _whole(read_npy)),
     Format("NPZ", re.compile(rb"PK\x03\x04"), (".npz",), _whole(read_npz)),
+    Format(
+        "GeoTIFF",
+        re.compile(rb"II[*+]\0|MM\0[*+]"),
+        (".tif", ".tiff"),
+        _whole(raster.reader("GTiff")),
+    ),
+    Format("Erdas Imagine", re.compile(rb"EHFA_HEADER"), (".img",), _whole(raster.reader("HFA"))),
+    Format("ESRI grid", esri_grid.BEGINS, (".asc",), _whole(esri_grid.read_esri)),
     # Text begins like nothing in particular, so here the extension decides too.
     Format("text", _TEXT_START, (".xyz", ".csv", ".tsv", ".txt", ".asc", ".pts"), read_text),
 )
@@ -77,14 +85,14 @@ def detect(path: PurePath, data: bytes) -> tuple[Format, tuple[str, ...]]:
     """
     head = data[:_HEAD_BYTES]
     extension = path.suffix.lower()
-    by_name = next((f for f in FORMATS if extension in f.extensions), None)
+    by_name = [f for f in FORMATS if extension in f.extensions]
     *binary, text = FORMATS
     found = next((f for f in binary if f.begins.match(head)), None)
-    if found is None and by_name is text and text.begins.match(head):
+    if found is None and text in by_name and text.begins.match(head):
         found = text
     if found is None:
-        claim = f"is no {by_name.name} file inside" if by_name else "is in no known format"
+        claim = f"is no {by_name[-1].name} file inside" if by_name else "is in no known format"
         raise DivespotError(f"it {claim}: need {_ACCEPTED}")
-    if by_name in (found, None):
+    if found in by_name or not by_name:
         return found, ()
     return found, (f"the file is called {extension} but is {found.name}, and was read as that",)

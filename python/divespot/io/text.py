@@ -97,8 +97,6 @@ def _find_layout(lines: list[str], wanted: Wanted) -> _Layout:
             return layout
         if row.isdecimal() and len(row) < 19:
             promised = int(row)
-        elif row.lower().startswith("ncols"):
-            raise DivespotError("it is an ESRI grid of heights, need a list of x y z points")
         header.append(line.strip()[:_MAX_HEADER_CHARS])
         if len(header) > _MAX_HEADER_LINES:
             break
