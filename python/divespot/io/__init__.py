@@ -1,7 +1,8 @@
 """Scans from files, points to files.
 
 Formats: PLY, PCD, LAS, LAZ, E57, PTX, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; rasters of
-heights (GeoTIFF, Erdas Imagine, ESRI grid); each also in a GZIP or ZIP file.
+heights (GeoTIFF, Erdas Imagine, ESRI grid), meshes (OBJ, STL, GLB, PLY with faces); each also
+in a GZIP or ZIP file.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ def read(
         PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC, E57
         and PTX (all scans of a file, in its common frame); NPY or NPZ of shape (n, >=3),
         (h, w, >=3) or with fields x, y, z; GeoTIFF, IMG or ESRI grid, of which the middle of each
-        cell is a point; or lines of text. Any of them in a GZIP file or alone in a ZIP file.
+        cell is a point; OBJ, STL, GLB or PLY with faces, of whose surface points are taken; or
+        lines of text. Any of them in a GZIP file or alone in a ZIP file.
     unit : str
         The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
         takes what the file states, and metres where it states nothing.
