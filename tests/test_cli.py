@@ -139,8 +139,8 @@ def test_json_keeps_its_contract(heap: Path) -> None:
     assert set(report["settings"]) == set(FIELDS)
     for name in ("radius_m", "cell_m", "margin_m", "toe_m"):
         assert report["settings"][name] > 0, "derived lengths are told"
-    source = ("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs", "files")
-    assert tuple(report["source"]) == source
+    source = ("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs")
+    assert tuple(report["source"]) == (*source, "files", "scale_factor")
     assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
     ground = {"normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction", "up_from"}
     assert set(report["ground"]) == ground

@@ -99,7 +99,8 @@ def test_the_keys_are_those_of_the_contract() -> None:
     assert report["schema"] == "divespot.report/1"
     assert report["divespot"] == divespot.__version__
     assert set(report["source"]) == {
-        *("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs", "files")
+        *("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs"),
+        *("files", "scale_factor"),
     }
     assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
     assert set(report["ground"]) == {

@@ -61,6 +61,8 @@ class Info:
         Typical distance between neighbours, and from it the points a square metre of surface.
     classes
         Of a LAS file: how many points of each class were read.
+    scale_factor
+        As of `divespot.Source`.
     sensor_m
         Where the sensor stood, where that is known.
     ground
@@ -82,6 +84,7 @@ class Info:
     unit: str
     unit_stated: bool
     crs: str | None
+    scale_factor: float | None
     projected: bool
     classes: Mapping[int, int]
     sensor_m: Position | None
@@ -136,6 +139,7 @@ def info(path: str | os.PathLike[str], *, unit: str = "auto", up: str = "auto") 
         unit=source.unit,
         unit_stated=scan.unit_stated,
         crs=scan.crs,
+        scale_factor=source.scale_factor,
         projected=scan.projected,
         classes=dict(sorted(scan.whole.classes.items())) if scan.whole else {},
         sensor_m=cloud.sensor_m,
@@ -164,6 +168,6 @@ def _bounds(scan: Scan, cloud: Cloud) -> tuple[Position, Position]:
         ends = np.array([scan.whole.low, scan.whole.high])
     else:
         near = np.array([cloud.points.min(axis=0), cloud.points.max(axis=0)])
-        ends = (near + cloud.origin_m) / UNITS[scan.unit]
+        ends = (near * (cloud.scale, cloud.scale, 1.0) + cloud.origin_m) / UNITS[scan.unit]
     (x, y, z), (x1, y1, z1) = ends.tolist()
     return (x, y, z), (x1, y1, z1)

@@ -14,6 +14,7 @@ from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
 from divespot.io.merge import are_paths
+from divespot.projection import scale_of
 from divespot.report import Source
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
@@ -43,7 +44,8 @@ class Cloud:
     z is up in a `projected` system. `sensor_m` is where the sensor stood, in the scan's frame and
     in metres, where that is known. `quantum_m` are the steps to which x, y and z were rounded
     before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
-    the standard uncertainty step / sqrt(12).
+    the standard uncertainty step / sqrt(12). `scale` are metres of the scan's x and y to a metre
+    of the cloud's.
     """
 
     points: NDArray[np.float64]
@@ -53,6 +55,7 @@ class Cloud:
     projected: bool = False
     sensor_m: Position | None = None
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    scale: float = 1.0
 
 
 def load(source: Given, settings: Settings) -> Cloud:
@@ -86,10 +89,20 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
-    described = Source(scan.path, *counts, scan.unit, scan.crs, scan.files)
     place = sensor_place(scan, points, origin, settings)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    factor, told = scale_of(scan, origin + middle)
+    scale = factor if factor is not None and told else 1.0
+    points[:, :2] /= scale
     return Cloud(
-        points, np.array(origin), described, warnings, scan.projected, place, scan.quantum_m
+        points,
+        np.array(origin),
+        Source(scan.path, *counts, scan.unit, scan.crs, scan.files, factor),
+        (*warnings, *told),
+        scan.projected,
+        place,
+        scan.quantum_m,
+        scale,
     )
 
 
@@ -150,6 +163,7 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
     if settings.crop is None:
         return cloud
     corners = np.array(settings.crop).reshape(2, 3) * UNITS[cloud.source.unit] - cloud.origin_m
+    corners[:, :2] /= cloud.scale
     inside = ((cloud.points >= corners[0]) & (cloud.points <= corners[1])).all(axis=1)
     if inside.sum() < FEWEST:
         raise DivespotError(

@@ -91,7 +91,7 @@ def measure(
     surface = run("surface", find_surface, points, scan, s)
     grid = run("height map", map_heights, surface, s)
     ground, s = run("ground", find_ground, grid, scan, s)
-    frame = Frame(pose, cloud.origin_m, cloud.source.unit)
+    frame = Frame(pose, cloud.origin_m, cloud.source.unit, cloud.scale)
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
     if s.outline is not None:

@@ -43,7 +43,9 @@ class Source:
     """Where the points came from and how many were of no use.
 
     `unit` is the unit of the file's numbers; the report's positions are in it. `files` are all
-    files, where several were merged; `path` is the first of them.
+    files, where several were merged; `path` is the first of them. `scale_factor` are the metres of
+    the map to a metre on the ellipsoid, where the projection is known; off by more than 100 ppm,
+    it is corrected.
     """
 
     path: str | None
@@ -53,6 +55,7 @@ class Source:
     unit: str
     crs: str | None
     files: tuple[str, ...] = ()
+    scale_factor: float | None = None
 
 
 @dataclass(frozen=True)

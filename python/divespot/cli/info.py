@@ -88,6 +88,8 @@ def _lines(found: Info) -> Iterator[tuple[str, str]]:
     yield "spacing", f"{rounded(found.spacing_m)} m, {density}"
     yield "unit", found.unit + (" (stated)" if found.unit_stated else " (assumed)")
     yield "system", _system(found)
+    if found.scale_factor is not None:
+        yield "scale", f"{found.scale_factor:.6f} metres of the map to a metre on the ellipsoid"
     if found.classes:
         yield "classes", ", ".join(f"{_class(n)}: {count:,}" for n, count in found.classes.items())
     if found.sensor_m is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 
 from divespot.errors import DivespotError
-from divespot.extras import extra
+from divespot.io.systems import is_same_system
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,20 +75,6 @@ def _short(crs: str | None) -> str:
     """Return what a system calls itself."""
     text = " ".join((crs or "").split())
     return text.split('"')[1][:60] if text.count('"') > 1 else text[:60]
-
-
-def is_same_system(one: str, other: str) -> bool:
-    """Return whether two texts state one system; where pyproj is missing, by their letters."""
-    if "".join(one.split()) == "".join(other.split()):
-        return True
-    try:
-        pyproj = extra("pyproj", "crs", "to compare systems")
-    except DivespotError:
-        return False
-    try:
-        return bool(pyproj.CRS.from_user_input(one).equals(pyproj.CRS.from_user_input(other)))
-    except pyproj.exceptions.CRSError:
-        return False
 
 
 def _told(scans: Sequence[Scan]) -> tuple[str, ...]:
