@@ -13,7 +13,7 @@ from divespot import _native
 from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
 from divespot.kernels import radius_outlier_mask
-from divespot.mass import mass_kg
+from divespot.mass import density_of, mass_kg
 from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Budget, Outline, Pile
 from divespot.settings import given
@@ -137,15 +137,15 @@ class Measured:
         Shape of the grid: the base below each cell that was measured, NaN elsewhere.
     compared
         Names of the bases whose volumes each object has.
-    names
-        What the outlines are called, by label; empty where objects were found.
+    regions
+        The outlines by label; empty where objects were found.
 
     """
 
     objects: list[_native.RawObject]
     base_m: NDArray[np.float64]
     compared: tuple[str, ...]
-    names: tuple[str | None, ...] = ()
+    regions: tuple[Region, ...] = ()
 
 
 def measure_objects(
@@ -204,7 +204,7 @@ def measure_regions(
         )
     except DivespotError as error:
         raise DivespotError(f"{settings.outline}: {error}") from None
-    return Measured(*found, tuple(bases.compared), tuple(region.name for region in regions))
+    return Measured(*found, tuple(bases.compared), tuple(regions))
 
 
 def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
@@ -257,7 +257,10 @@ def _pile(
     own = {term: factor * getattr(raw, term) for term in terms}
     budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
     volume = factor * (raw.cut_m3 - raw.fill_m3)
-    mass, u_mass = mass_kg(volume, budget.combined_m3(), settings)
+    region = measured.regions[raw.label] if measured.regions else None
+    material = region.material if region else None
+    density = density_of(material, settings)
+    mass, u_mass = mass_kg(volume, budget.combined_m3(), density)
     return Pile(
         id=0,
         volume_m3=volume,
@@ -276,7 +279,8 @@ def _pile(
         base=raw.base if settings.base == "local" else settings.base.partition("=")[0],
         budget=budget,
         volume_by_base_m3=_by_base(raw, measured, factor),
-        name=measured.names[raw.label] if measured.names else None,
+        name=region.name if region else None,
+        material=material or settings.material,
         reason=raw.reason,
     )
 
@@ -311,6 +315,11 @@ def doubts(
     ]
     for pile in piles:
         found += _doubts_of(pile, settings)
+    unknown = {pile.material for pile in piles if pile.material and pile.mass_kg is None}
+    found += [
+        f"the density of {name!r} is not known: no mass was taken (see `divespot materials`)"
+        for name in sorted(filter(None, unknown))
+    ]
     if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
         found.append("the density was taken as exact: density_u_kg_m3 is its standard uncertainty")
     return found

@@ -1,11 +1,10 @@
-"""Outlines as GeoJSON: what to measure inside of, and what was found."""
+"""Outlines: what to measure inside of, and what was found as GeoJSON."""
 
 from __future__ import annotations
 
 import json
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,20 +12,20 @@ import numpy as np
 from divespot import _native
 from divespot._arguments import require_kind
 from divespot.errors import DivespotError, shortened
-from divespot.io.files import bytes_of
-from divespot.outline_checks import first_overlap, refuse_degrees
+from divespot.outline_checks import first_overlap
+from divespot.outline_features import read_features
+from divespot.outline_place import Placing
 from divespot.output import refuse_inputs, write_text
 from divespot.report import Report
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
     from divespot.frame import Frame
-
-#: No file of outlines is larger.
-LARGEST_BYTES = 256 << 20
+    from divespot.outline_features import Feature
 
 #: With the ground's normal farther than this from the scan's z axis, x and y are no plan.
 PLAN_DEG = 45.0
@@ -43,18 +42,27 @@ class Region:
     rings
         Lines of shape ``(n, 2)`` in the level frame, not closed, those around the area
         counter-clockwise, its holes clockwise; the largest line first.
+    material
+        What the file says lies in it.
 
     """
 
     name: str | None
     rings: tuple[NDArray[np.float64], ...]
+    material: str | None = None
 
 
-def read_regions(path: str, frame: Frame) -> list[Region]:
+def read_regions(
+    path: str,
+    frame: Frame,
+    crs: str | None = None,
+    warn: Callable[[str], None] = lambda _: None,
+) -> list[Region]:
     """Read Polygons and MultiPolygons, one region a feature.
 
-    x and y are those of the scan, in its unit. A third coordinate counts only where the scan's x
-    and y are no plan of its ground; then it is needed.
+    x and y are those of the scan, in its unit, or of another reference system where the scan
+    states its own, `crs`. A third coordinate counts only where the scan's x and y are no plan of
+    its ground; then it is needed.
 
     Raises
     ------
@@ -64,15 +72,20 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
 
     """
     try:
-        features = _features(json.loads(bytes_of(Path(path), LARGEST_BYTES)))
-        regions = [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
+        found = read_features(path)
+        if found.passed_over:
+            warn(f"{path}: {found.passed_over} features that are no areas were passed over")
+        scan_at = frame.origin_m / frame.metres
+        placing = Placing.of(found.system, crs, scan_at, warn)
+        regions = [
+            _region(number, feature, placing, frame)
+            for number, feature in enumerate(found.items, 1)
+        ]
         _refuse_overlap(regions)
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
     except DivespotError as error:
         raise DivespotError(f"{path}: {error}") from None
-    except (ValueError, RecursionError) as error:
-        raise DivespotError(f"{path}: is no JSON ({error})") from None
     return regions
 
 
@@ -83,32 +96,10 @@ def _refuse_overlap(regions: list[Region]) -> None:
         raise DivespotError(f"{one} and {other} overlap: what both cover would count twice")
 
 
-def _features(parsed: Any) -> list[tuple[str | None, Any]]:  # noqa: ANN401 - any JSON value
-    """Return name and geometry of everything in the file."""
-    kind = parsed.get("type") if isinstance(parsed, dict) else None
-    if kind == "Feature":
-        return [_named(parsed)]
-    if kind != "FeatureCollection":
-        return [(None, parsed)]
-    features = parsed.get("features")
-    if not isinstance(features, list) or not features:
-        raise DivespotError("it holds no feature: a Polygon or MultiPolygon is needed")
-    return [_named(feature) for feature in features]
-
-
-def _named(feature: Any) -> tuple[str | None, Any]:  # noqa: ANN401
-    if not isinstance(feature, dict):
-        return None, None
-    properties = feature.get("properties")
-    known = properties if isinstance(properties, dict) else {}
-    names = (known.get("name"), feature.get("id"), known.get("id"))
-    name = next((str(name) for name in names if isinstance(name, str | int)), None)
-    return name, feature.get("geometry")
-
-
-def _region(number: int, name: str | None, geometry: Any, frame: Frame) -> Region:  # noqa: ANN401
+def _region(number: int, feature: Feature, placing: Placing, frame: Frame) -> Region:
+    geometry = feature.geometry
     kind = geometry.get("type") if isinstance(geometry, dict) else None
-    what = _what(number, name)
+    what = _what(number, feature.name)
     if kind not in ("Polygon", "MultiPolygon"):
         raise DivespotError(f"{what} is {kind or 'no geometry'}: Polygon or MultiPolygon is needed")
     coordinates = geometry.get("coordinates")
@@ -116,11 +107,11 @@ def _region(number: int, name: str | None, geometry: Any, frame: Frame) -> Regio
     if not isinstance(polygons, list) or not polygons or not all(map(_is_filled, polygons)):
         raise DivespotError(f"{what} has no lines: coordinates of a {kind} are needed")
     try:
-        parts = [[_ring(line, frame) for line in polygon] for polygon in polygons]
+        parts = [[_ring(line, placing, frame) for line in polygon] for polygon in polygons]
     except DivespotError as error:
         raise DivespotError(f"{what} {error}") from None
     rings = [_turned(ring, hole=i > 0) for part in parts for i, ring in enumerate(part)]
-    return Region(name, tuple(sorted(rings, key=_area, reverse=True)))
+    return Region(feature.name, tuple(sorted(rings, key=_area, reverse=True)), feature.material)
 
 
 def _what(number: int, name: str | None) -> str:
@@ -131,12 +122,12 @@ def _is_filled(polygon: Any) -> bool:  # noqa: ANN401
     return isinstance(polygon, list) and len(polygon) > 0
 
 
-def _ring(line: Any, frame: Frame) -> NDArray[np.float64]:  # noqa: ANN401
+def _ring(line: Any, placing: Placing, frame: Frame) -> NDArray[np.float64]:  # noqa: ANN401
     """Return a closed line's corners in the level frame, the last one not repeated."""
     corners = _positions(line)
     if len(corners) < 4 or (corners[0] != corners[-1]).any():
         raise DivespotError("is not closed: four positions or more, the last the first, are needed")
-    refuse_degrees(corners, frame.origin_m / frame.metres)
+    corners = placing(corners)
     ring = _in_plan(corners[:-1], frame)
     ring = np.asarray(ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)])
     _refuse_crossing(ring, corners)

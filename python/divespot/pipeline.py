@@ -95,7 +95,7 @@ def measure(
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
     if s.outline is not None:
-        regions = run("outline", read_regions, s.outline, frame)
+        regions = run("outline", read_regions, s.outline, frame, cloud.source.crs, run.warn)
         measured = run("volume", measure_regions, surface, grid, regions, bases, s)
     elif is_held_against(grid, ground, s):
         measured = run("volume", measure_differences, surface, grid, earlier, bases, s)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from divespot._arguments import whole
 from divespot.base_name import BaseName
-from divespot.mass import mass_kg
+from divespot.mass import total_mass_kg
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -105,8 +105,9 @@ class Pile:
     uncertainty, twice the standard uncertainty that `budget` adds up to. `base` names what the
     base rests on. A pile that `touches_edge` runs out of the scan; the walls of one that
     `leans_on_wall` are not part of it. `volume_by_base_m3` are the volumes above the bases that
-    were compared, None where none were. `name` is that of the outline, where one was given.
-    `reason` says why the object is no pile; None for a pile.
+    were compared, None where none were. `name` is that of the outline, where one was given;
+    `material` that of the outline, or else the one that was asked for. `reason` says why the object
+    is no pile; None for a pile.
     """
 
     id: int
@@ -127,6 +128,7 @@ class Pile:
     budget: Budget
     volume_by_base_m3: Mapping[str, float] | None = None
     name: str | None = None
+    material: str | None = None
     reason: str | None = None
 
 
@@ -146,7 +148,7 @@ class Total:
         own = dict.fromkeys(COMMON, 0.0)
         rest = (dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles)
         volume, u = sum(pile.volume_m3 for pile in piles), math.hypot(*common, *rest)
-        mass, u_mass = mass_kg(volume, u, settings)
+        mass, u_mass = total_mass_kg(piles, COMMON, settings)
         return cls(volume, COVERAGE * u, mass, None if u_mass is None else COVERAGE * u_mass)
 
 

@@ -99,8 +99,8 @@ class Settings:
     link_m: float | None = positive("gap above which objects are apart")
     select: Literal["all", "largest"] = choice("objects that are measured", "all", "largest")
     outline: str | None = path(
-        "measure inside the polygons of this GeoJSON file, in the scan's frame and unit, instead "
-        "of finding piles"
+        "measure inside the polygons of this file (GeoJSON, GeoPackage, Shapefile, KML, DXF), in "
+        "the scan's frame and unit or another reference system, instead of finding piles"
     )
     base: str = base(
         "what a pile stands on: local (the ground around it), plane (the ground's), peak or "

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 BASELINE = 1000.0
 
 
-_STATES_ONE = re.compile(r"\s*(EPSG:\d+(\+\d+)?\s*\Z|\w+\s*\[)", re.IGNORECASE)
+_STATES_ONE = re.compile(
+    r"\s*((urn:ogc:def:crs:)?(EPSG|OGC):[\w.]*:?(\d+(\+\d+)?|CRS84)\s*\Z|\w+\s*\[)", re.IGNORECASE
+)
 
 
 def known_system(text: str | None) -> Any | None:  # noqa: ANN401 - pyproj is optional
