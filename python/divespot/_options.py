@@ -146,18 +146,27 @@ def _path(value: Any) -> str | None:  # noqa: ANN401
     return (os.fsdecode(value) or None) if isinstance(value, str | os.PathLike) else None
 
 
-def box(help_text: str) -> Any:  # noqa: ANN401
-    """Return a field for an axis-aligned box; None for none."""
-    needed = "x0,y0,z0,x1,y1,z1 with each of the first three no larger than its counterpart"
-    return _option(None, help_text, needed, _box, kind=tuple)
+def box(help_text: str, axes: str) -> Any:  # noqa: ANN401
+    """Return a field for two corners of an axis-aligned box; None for none."""
+    names = [f"{axis}{end}" for end in (0, 1) for axis in axes]
+    least = " and ".join(f"{axis}0 <= {axis}1" for axis in axes)
+    return _option(
+        None,
+        help_text,
+        f"{','.join(names)} with {least}",
+        lambda v: _box(v, len(names)),
+        kind=tuple,
+        metavar=",".join(names).upper(),
+    )
 
 
-def _box(value: Any) -> tuple[float, ...] | None:  # noqa: ANN401
+def _box(value: Any, count: int) -> tuple[float, ...] | None:  # noqa: ANN401
     try:
         corners = [_real(v) for v in value]
     except TypeError:
         return None
     found = tuple(v for v in corners if v is not None)
-    if len(corners) != 6 or len(found) != 6:
+    if len(corners) != count or len(found) != count:
         return None
-    return found if all(map(float.__le__, found[:3], found[3:])) else None
+    half = count // 2
+    return found if all(map(float.__le__, found[:half], found[half:])) else None

@@ -203,7 +203,7 @@ def measure_regions(
             measuring(grid, bases, settings),
         )
     except DivespotError as error:
-        raise DivespotError(f"{settings.outline}: {error}") from None
+        raise DivespotError(f"{settings.outline or 'inside'}: {error}") from None
     return Measured(*found, tuple(bases.compared), tuple(regions))
 
 

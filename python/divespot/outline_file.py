@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from divespot.frame import Frame
     from divespot.outline_features import Feature
+    from divespot.settings import Settings
 
 #: With the ground's normal farther than this from the scan's z axis, x and y are no plan.
 PLAN_DEG = 45.0
@@ -50,6 +51,28 @@ class Region:
     name: str | None
     rings: tuple[NDArray[np.float64], ...]
     material: str | None = None
+
+
+def find_regions(
+    settings: Settings, frame: Frame, crs: str | None, warn: Callable[[str], None]
+) -> list[Region]:
+    """Return the areas to measure inside of: those of a file, or a rectangle.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be read, or the rectangle has no area.
+
+    """
+    if settings.outline is not None:
+        return read_regions(settings.outline, frame, crs, warn)
+    x0, y0, x1, y1 = settings.inside or (0.0,) * 4
+    line = [[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]]
+    try:
+        ring = _ring(line, Placing(frame.origin_m / frame.metres), frame)
+    except DivespotError as error:
+        raise DivespotError(f"the rectangle inside {error}") from None
+    return [Region(None, (_turned(ring, hole=False),))]
 
 
 def read_regions(

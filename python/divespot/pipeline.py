@@ -21,7 +21,7 @@ from divespot.objects import (
     measure_regions,
     outlines,
 )
-from divespot.outline_file import read_regions
+from divespot.outline_file import find_regions
 from divespot.pose import ground_in_scan
 from divespot.progress import Progress
 from divespot.report import Level, Report, Total
@@ -94,8 +94,8 @@ def measure(
     frame = Frame(pose, cloud.origin_m, cloud.source.unit, cloud.scale)
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
-    if s.outline is not None:
-        regions = run("outline", read_regions, s.outline, frame, cloud.source.crs, run.warn)
+    if s.is_outlined:
+        regions = run("outline", find_regions, s, frame, cloud.source.crs, run.warn)
         measured = run("volume", measure_regions, surface, grid, regions, bases, s)
     elif is_held_against(grid, ground, s):
         measured = run("volume", measure_differences, surface, grid, earlier, bases, s)

@@ -52,7 +52,7 @@ class Settings:
         "returns of a LAS file to keep", "all", "first", "last"
     )
     crop: tuple[float, ...] | None = box(
-        "keep this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
+        "keep this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit", "xyz"
     )
     up: str = text("where up is, roughly: auto, x, y, z, -x, -y, -z or a,b,c", "auto")
     max_tilt_deg: float = positive(
@@ -102,6 +102,11 @@ class Settings:
         "measure inside the polygons of this file (GeoJSON, GeoPackage, Shapefile, KML, DXF), in "
         "the scan's frame and unit or another reference system, instead of finding piles"
     )
+    inside: tuple[float, ...] | None = box(
+        "measure inside this rectangle, x0,y0,x1,y1 in the scan's frame and unit, instead of "
+        "finding piles",
+        "xy",
+    )
     base: str = base(
         "what a pile stands on: local (the ground around it), plane (the ground's), peak or "
         "midpeak (of the height histogram; paper), height=H (along up in the scan's frame and "
@@ -142,6 +147,13 @@ class Settings:
         for item in dataclasses.fields(self):
             plain = item.metadata["plain"](item.name, getattr(self, item.name))
             object.__setattr__(self, item.name, plain)
+        if self.outline is not None and self.inside is not None:
+            raise DivespotError("outline and inside were both given: one of them is needed")
+
+    @property
+    def is_outlined(self) -> bool:
+        """Whether piles are not found but given, by an outline or a rectangle."""
+        return self.outline is not None or self.inside is not None
 
     @classmethod
     def paper(cls, **changes: Any) -> Settings:  # noqa: ANN401 - as many types as settings
@@ -260,7 +272,7 @@ GIVEN = ("height=", "surface=")
 
 def needs_ground(settings: Settings) -> bool:
     """Return whether piles stand on the ground in view, not on a floor that was given."""
-    return settings.outline is None and not settings.base.startswith(GIVEN)
+    return not settings.is_outlined and not settings.base.startswith(GIVEN)
 
 
 def given(value: float | None) -> float:

@@ -36,7 +36,7 @@ def corners(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise click.BadParameter(f"{text!r}: six numbers x0,y0,z0,x1,y1,z1 are needed") from None
+        raise click.BadParameter(f"{text!r}: numbers with commas between are needed") from None
 
 
 def simulation_options(command: F) -> F:
@@ -118,8 +118,6 @@ def _type(item: dataclasses.Field[Any]) -> click.Choice[str] | Callable[[str], A
 
 
 def _metavar(item: dataclasses.Field[Any]) -> str | None:
-    if item.metadata["kind"] is tuple:
-        return "X0,Y0,Z0,X1,Y1,Z1"
     if item.metadata["kind"] is not float:
         return item.metadata.get("metavar")
     endings = (text for ending, text in _METAVARS.items() if item.name.endswith(ending))
