@@ -36,6 +36,7 @@ OUTLINE = Path(__file__).parent / "data" / "heap.geojson"
 #: A value other than the default for each setting, as typed and as passed to Python.
 OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "unit": (["--unit", "mm"], "mm"),
+    "crs": (["--crs", "EPSG:32632"], "EPSG:32632"),
     "columns": (["--columns", "2,1,3"], "2,1,3"),
     "classes": (["--classes", "0,2"], "0,2"),
     "returns": (["--returns", "last"], "last"),

@@ -193,7 +193,7 @@ def test_settings_are_resolved_and_the_seed_is_there() -> None:
     report = divespot.measure(taken().points, unit="mm", seed=7)
     found = json.loads(report.to_json())
     assert {name for name, value in found["settings"].items() if value is None} == {
-        *("classes", "columns", "crop", "density_kg_m3", "inside", "material", "outline")
+        *("classes", "columns", "crop", "crs", "density_kg_m3", "inside", "material", "outline")
     }
     assert found["seed"] == found["settings"]["seed"] == 7
     assert found["settings"]["unit"] in ("mm", "auto")

@@ -44,7 +44,16 @@ def test_nothing_is_open_in_a_report() -> None:
     open_ = {
         name for name, value in asdict(divespot.measure(CONE).settings).items() if value is None
     }
-    assert open_ == {"classes", "columns", "crop", "density_kg_m3", "inside", "material", "outline"}
+    assert open_ == {
+        "classes",
+        "columns",
+        "crop",
+        "crs",
+        "density_kg_m3",
+        "inside",
+        "material",
+        "outline",
+    }
 
 
 def test_the_settings_of_a_report_measure_the_same_again() -> None:

@@ -80,9 +80,9 @@ def count(text: str, default: int, least: int, most: int = 2**32 - 1) -> Any:  #
     return _option(default, text, f"a whole number from {least} to {most}", convert, kind=int)
 
 
-def text(help_text: str, default: str) -> Any:  # noqa: ANN401
-    """Return a field for a text."""
-    return _option(default, help_text, "a text", _text, kind=str)
+def text(help_text: str, default: str | None, **more: Any) -> Any:  # noqa: ANN401
+    """Return a field for a text; None, if that is the default, for none."""
+    return _option(default, help_text, "a text", _text, kind=str, **more)
 
 
 def _text(value: Any) -> str | None:  # noqa: ANN401

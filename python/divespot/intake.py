@@ -14,6 +14,7 @@ from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
 from divespot.io.merge import are_paths
+from divespot.io.systems import require_system
 from divespot.projection import scale_of
 from divespot.report import Source
 from divespot.selection import rows_of
@@ -123,6 +124,7 @@ def _scan(source: Given, settings: Settings) -> Scan:
         return read(
             source,
             unit=settings.unit,
+            crs=settings.crs,
             columns=settings.columns,
             classes=settings.classes,
             returns=settings.returns,
@@ -133,6 +135,8 @@ def _scan(source: Given, settings: Settings) -> Scan:
             f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) or (h, w, 3) "
             "and numbers are needed"
         )
+    if settings.crs is not None:
+        require_system(settings.crs)
     raster = array.shape[:2] if array.ndim == 3 and min(array.shape[:2]) > 1 else None
     array = array.reshape(-1, 3)
     unit = "m" if settings.unit == "auto" else settings.unit
@@ -144,7 +148,7 @@ def _scan(source: Given, settings: Settings) -> Scan:
     return Scan(
         *(points, None, unit),
         unit_stated=True,
-        crs=None,
+        crs=settings.crs,
         warnings=seen.warnings,
         raster=raster,
         quantum_m=(x, y, z),

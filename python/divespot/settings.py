@@ -40,6 +40,11 @@ class Settings:
     """
 
     unit: str = text("unit of the file's coordinates; auto: as the file says, else m", "auto")
+    crs: str | None = text(
+        "reference system of the scan where its file states none: EPSG:CODE or WKT (extra crs)",
+        None,
+        metavar="SYSTEM",
+    )
     columns: str | None = listed(
         "where x, y, z stand in a text table: numbers from 1 or names, as 3,2,4",
         *("three numbers or names, as 3,2,4,", r"[^,]+,[^,]+,[^,]+"),

@@ -18,6 +18,7 @@ from divespot.errors import DivespotError
 from divespot.io.doubts import Judged, doubts_of, judged
 from divespot.io.files import bytes_of
 from divespot.io.formats import detect
+from divespot.io.given_system import with_system
 from divespot.io.las_sample import begins_as_las, sample_las
 from divespot.io.merge import are_paths, merged
 from divespot.io.packed import unpacked
@@ -32,10 +33,11 @@ if TYPE_CHECKING:
 __all__ = ["UNITS", "Scan", "read", "sample", "write"]
 
 
-def read(
+def read(  # noqa: PLR0913 - one argument an option
     path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     unit: str = "auto",
+    crs: str | None = None,
     columns: str | None = None,
     classes: str | None = None,
     returns: str = "all",
@@ -57,6 +59,8 @@ def read(
     unit : str
         The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
         takes what the file states, and metres where it states nothing.
+    crs : str or None
+        The reference system, ``"EPSG:CODE"`` or WKT, of a file that states none; needs pyproj.
     columns : str or None
         Where x, y and z stand in a table of text, such as ``"3,2,4"`` or ``"Easting,North,H"``.
     classes : str or None
@@ -77,7 +81,7 @@ def read(
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
-    wanted = Wanted.of(columns, classes, returns)
+    wanted = Wanted.of(columns, classes, returns, crs)
     if are_paths(path):
         return merged([_named(Path(os.fsdecode(one)), unit, wanted) for one in path])
     return _named(Path(os.fsdecode(path)), unit, wanted)  # type: ignore[arg-type]  # no list of paths
@@ -113,6 +117,7 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
     if len(raw.xyz) == 0:
         raise DivespotError("it holds 0 points")
     said = dict.fromkeys(str(warning.message) for warning in caught)
+    raw = with_system(raw, wanted.crs)
     unit_used, vertical, unit_warnings = _units(raw, unit)
     stated = unit != "auto" or raw.unit is not None
     seen = _judged(raw, unit_used, stated=stated)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import mmap
-import stat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from divespot.errors import DivespotError
 from divespot.io import las
+from divespot.io.files import require_regular
 from divespot.io.las_filter import LasFilter
 from divespot.io.scan import FloatArray, RawCloud, Whole
 
@@ -24,14 +24,16 @@ if TYPE_CHECKING:
 #: Up to so many points all are read; of more, so many stretches of so many points.
 MOST, STRETCHES, STRETCH = 1_000_000, 40, 5_000
 
+#: Bytes that no file has.
+ANY_SIZE = 1 << 62
+
 #: How a LAS file begins.
 SIGNATURE = b"LASF"
 
 
 def begins_as_las(file: Path) -> bool:
-    """Return whether a regular file begins as a LAS file does."""
-    if not stat.S_ISREG(file.stat().st_mode):
-        return False
+    """Return whether a regular file, of whatever size, begins as a LAS file does."""
+    require_regular(file, ANY_SIZE)
     with file.open("rb") as stream:
         return stream.read(len(SIGNATURE)) == SIGNATURE
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot.errors import DivespotError
 from divespot.extras import extra, is_installed
 
 if TYPE_CHECKING:
@@ -35,6 +36,24 @@ def known_system(text: str | None) -> Any | None:  # noqa: ANN401 - pyproj is op
     except pyproj.exceptions.CRSError:
         return None
     return system.sub_crs_list[0] if system.is_compound else system
+
+
+def require_system(text: str) -> Any:  # noqa: ANN401 - as above
+    """Return the system that a user named, heights included.
+
+    Raises
+    ------
+    DivespotError
+        There is none of that name, or pyproj is missing.
+
+    """
+    pyproj = extra("pyproj", "crs", "a reference system that is given needs pyproj")
+    try:
+        if _STATES_ONE.match(text):
+            return pyproj.CRS.from_user_input(text)
+    except pyproj.exceptions.CRSError:
+        pass
+    raise DivespotError(f"crs is {text[:60]!r}: EPSG:CODE or WKT is needed")
 
 
 def is_same_system(one: str, other: str) -> bool:

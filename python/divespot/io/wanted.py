@@ -23,6 +23,8 @@ class Wanted:
         The classes to keep. None: all but noise.
     returns
         Which returns of a pulse to keep.
+    crs
+        The reference system of a file that states none.
     some
         Whether a sample of the points will do.
 
@@ -31,10 +33,13 @@ class Wanted:
     columns: tuple[str, ...] | None = None
     classes: frozenset[int] | None = None
     returns: Literal["all", "first", "last"] = "all"
+    crs: str | None = None
     some: bool = False
 
     @classmethod
-    def of(cls, columns: str | None, classes: str | None, returns: str) -> Wanted:
+    def of(
+        cls, columns: str | None, classes: str | None, returns: str, crs: str | None = None
+    ) -> Wanted:
         """Return what is asked for in words.
 
         Raises
@@ -45,7 +50,7 @@ class Wanted:
         """
         if not isinstance(returns, str) or returns not in {"all", "first", "last"}:
             raise DivespotError(f"returns is {returns!r}: one of all, first, last is needed")
-        for name, value in (("columns", columns), ("classes", classes)):
+        for name, value in (("columns", columns), ("classes", classes), ("crs", crs)):
             if not isinstance(value, str | None):
                 raise DivespotError(f"{name} is a {type(value).__name__}: a text is needed")
         parts = None if columns is None else tuple(map(str.strip, columns.split(",")))
@@ -53,7 +58,7 @@ class Wanted:
             raise DivespotError(
                 f"columns is {columns!r}: three numbers from 1 or names, as 3,2,4, are needed"
             )
-        return cls(parts, _numbers(classes), returns)  # type: ignore[arg-type]  # checked above
+        return cls(parts, _numbers(classes), returns, crs)  # type: ignore[arg-type]  # checked above
 
 
 def _numbers(classes: str | None) -> frozenset[int] | None:
