@@ -166,7 +166,7 @@ BODY = without_checksums(e57((spherical(SEEN), None), (cartesian(SEEN), (*QUARTE
 
 
 @given(st.lists(st.tuples(st.integers(0, len(BODY) - 1), st.integers(0, 255)), max_size=4))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_bytes_flipped_under_right_checksums(
     tmp_path_factory: pytest.TempPathFactory, flips: list[tuple[int, int]]
 ) -> None:

@@ -128,7 +128,7 @@ needs_trimesh = pytest.mark.skipif(
 
 
 @needs_trimesh
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", ["a.obj", "a.stl", "a.ply", "a.glb"])
 def test_a_decimated_cone_has_its_volume(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_bytes(FILES[name])
@@ -136,6 +136,13 @@ def test_a_decimated_cone_has_its_volume(tmp_path: Path, name: str) -> None:
     (pile,) = report.piles
     assert pile.volume_m3 == pytest.approx(VOLUME_M3, rel=1e-4)
     assert abs(pile.volume_m3 - VOLUME_M3) < pile.u95_m3
+
+
+@needs_trimesh
+@pytest.mark.parametrize(("one", "other"), [("a.ply", "ascii.ply"), ("a.obj", "text.stl")])
+def test_text_and_binary_hold_the_same(tmp_path: Path, one: str, other: str) -> None:
+    first, second = (read(tmp_path, name, FILES[name]).points for name in (one, other))
+    np.testing.assert_allclose(first, second, atol=1e-9)
 
 
 @needs_trimesh

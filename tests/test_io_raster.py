@@ -138,7 +138,7 @@ def test_heights_in_feet_over_metres(tmp_path: Path) -> None:
 
 def test_a_turned_raster(tmp_path: Path) -> None:
     rasterio = pytest.importorskip("rasterio", reason="the extra raster is not installed")
-    turned = rasterio.Affine.translation(100, 200) @ rasterio.Affine.rotation(30)
+    turned = rasterio.Affine.translation(*UTM[:2]) @ rasterio.Affine.rotation(30)
     turned = turned @ rasterio.Affine.scale(CELL_M, -CELL_M)
     path = tiff(tmp_path / "a.tif", surface().astype(np.float32), transform=turned)
     assert divespot.measure(path).total.volume_m3 == pytest.approx(VOLUME_M3, rel=5e-3)

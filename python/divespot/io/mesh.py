@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import struct
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
@@ -55,6 +56,8 @@ def triangles_of(data: bytes, kind: str) -> FloatArray:
 
     """
     trimesh = extra("trimesh", "mesh", "a mesh needs trimesh")
+    # What it logs would be printed where nobody handles it; what matters is raised.
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
     try:
         scene = trimesh.load_scene(
             BytesIO(data), file_type=kind, process=False, skip_materials=True
