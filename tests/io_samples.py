@@ -157,13 +157,13 @@ VALID_LAS = {
 UTM = np.array([432_000.0, 5_391_000.0, 120.0])
 
 
-def read(folder: Path, name: str, data: bytes, **options: str) -> dio.Scan:
+def read(folder: Path, name: str, data: bytes, **options: Any) -> dio.Scan:  # noqa: ANN401
     path = folder / name
     path.write_bytes(data)
     return dio.read(path, **options)
 
 
-def refused(folder: Path, name: str, data: bytes, **options: str) -> str:
+def refused(folder: Path, name: str, data: bytes, **options: Any) -> str:  # noqa: ANN401
     with pytest.raises(DivespotError) as caught:
         read(folder, name, data, **options)
     assert "\n" not in str(caught.value)

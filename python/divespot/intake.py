@@ -121,6 +121,7 @@ def _refuse_coarse(scan: Scan, points: NDArray[np.float64]) -> None:
 
 def _scan(source: Given, settings: Settings) -> Scan:
     if isinstance(source, str | os.PathLike) or are_paths(source):
+        crop = settings.crop
         return read(
             source,
             unit=settings.unit,
@@ -128,6 +129,7 @@ def _scan(source: Given, settings: Settings) -> Scan:
             columns=settings.columns,
             classes=settings.classes,
             returns=settings.returns,
+            plan=None if crop is None else (*crop[:2], *crop[3:5]),
         )
     array = as_floats("points", cast("ArrayLike", source))
     if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":

@@ -41,6 +41,7 @@ def read(  # noqa: PLR0913 - one argument an option
     columns: str | None = None,
     classes: str | None = None,
     returns: str = "all",
+    plan: Sequence[float] | None = None,
 ) -> Scan:
     """Read a scan, whatever its format, in metres.
 
@@ -67,6 +68,8 @@ def read(  # noqa: PLR0913 - one argument an option
         Classes of a LAS file to keep, such as ``"2,6"``; None keeps all but noise.
     returns : str
         Returns of a LAS file to keep: ``"all"``, ``"first"`` or ``"last"``.
+    plan : sequence of float or None
+        x0, y0, x1, y1 in the file's numbers: of a COPC file, no point outside is read.
 
     Returns
     -------
@@ -81,7 +84,7 @@ def read(  # noqa: PLR0913 - one argument an option
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
-    wanted = Wanted.of(columns, classes, returns, crs)
+    wanted = Wanted.of(columns, classes, returns, crs, plan)
     if are_paths(path):
         return merged([_named(Path(os.fsdecode(one)), unit, wanted) for one in path])
     return _named(Path(os.fsdecode(path)), unit, wanted)  # type: ignore[arg-type]  # no list of paths

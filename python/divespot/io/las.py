@@ -9,6 +9,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from divespot.errors import DivespotError
+from divespot.io import copc
 from divespot.io.crs import Crs, crs_from_geokeys, crs_from_wkt
 from divespot.io.las_filter import LasFilter
 from divespot.io.records import require_bytes
@@ -46,7 +47,7 @@ def read_las(data: bytes, wanted: Wanted) -> RawCloud:
         with opened(BytesIO(data)) as reader:
             if reader.header.are_points_compressed:
                 check_chunks(data, BytesIO(data), reader.header)
-            xyz = _read_points(reader, wanted_ones)
+            xyz = _read_points(reader, wanted_ones, data)
             crs = read_crs(reader.header)
     except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
         raise refused(err) from None
@@ -141,11 +142,20 @@ def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> No
         raise DivespotError("its LAZ chunks and its chunk table disagree: it is corrupt")
     if vlr.item_size() != header.point_format.size:
         raise DivespotError("its LAZ record and its LAS header disagree: it is corrupt")
+    sizes = [vlr.chunk_size()] * len(table)
+    if vlr.uses_variable_size_chunks():
+        sizes = [counted for counted, _ in table]
+    # Behind the last chunk, lazrs takes whatever follows for one.
+    if sum(sizes) < header.point_count:
+        raise DivespotError(
+            f"the header promises {header.point_count} points but its LAZ chunks hold {sum(sizes)}"
+            ": it is truncated or corrupt"
+        )
     if header.point_format.id < _FIRST_LAYERED_FORMAT:
         return
     at, left = start + 8, header.point_count
-    for counted, size in table:
-        count = counted if vlr.uses_variable_size_chunks() else min(vlr.chunk_size(), left)
+    for counted, (_, size) in zip(sizes, table, strict=True):
+        count = min(counted, left)
         # A chunk is a point, its count, and a size for each layer: first x with y, then z, class
         # and flags.
         promised, *layers = struct.unpack_from("<5I", data, at + header.point_format.size)
@@ -154,8 +164,12 @@ def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> No
         at, left = at + size, left - count
 
 
-def _read_points(reader: laspy.LasReader, wanted: LasFilter) -> FloatArray:
+def _read_points(reader: laspy.LasReader, wanted: LasFilter, data: bytes) -> FloatArray:
     header = reader.header
+    if wanted.wanted.plan is not None and copc.is_copc(header):
+        some = copc.points_in(BytesIO(data), header, wanted.wanted.plan)
+        if some is not None and len(some):
+            return kept(some, wanted, header)
     batch = max(1, _BATCH_BYTES // header.point_format.size)
     parts = [np.empty((0, 3))]
     held = 0
