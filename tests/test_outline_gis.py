@@ -107,7 +107,9 @@ def geojson(folder: Path, lines: NDArray[np.float64], system: str | None = None)
 
 def test_geojson_in_degrees_is_wgs_84(tmp_path: Path, scan: Path) -> None:
     path = geojson(tmp_path, in_system(SQUARE, "OGC:CRS84"))
-    require_the_cone(divespot.measure(scan, outline=path))
+    report = divespot.measure(scan, outline=path)
+    require_the_cone(report)
+    assert [w for w in report.warnings if "reprojected from WGS 84" in w]
 
 
 def test_geojson_that_names_its_system(tmp_path: Path, scan: Path) -> None:

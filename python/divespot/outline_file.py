@@ -94,12 +94,13 @@ def read_regions(
         crosses itself or has no area.
 
     """
+    told: dict[str, None] = {}
     try:
         found = read_features(path)
         if found.passed_over:
             warn(f"{path}: {found.passed_over} features that are no areas were passed over")
         scan_at = frame.origin_m / frame.metres
-        placing = Placing.of(found.system, crs, scan_at, warn)
+        placing = Placing.of(found.system, crs, scan_at, told.setdefault)
         regions = [
             _region(number, feature, placing, frame)
             for number, feature in enumerate(found.items, 1)
@@ -109,6 +110,8 @@ def read_regions(
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
     except DivespotError as error:
         raise DivespotError(f"{path}: {error}") from None
+    for sentence in told:
+        warn(sentence)
     return regions
 
 

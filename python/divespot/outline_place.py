@@ -33,6 +33,8 @@ class Placing:
         The outlines' system and the scan's, where they differ and both are known.
     by_default
         The scan's system, where the outlines state none: degrees are those of WGS 84 then.
+    warn
+        Takes what a user should know, more than once if need be.
 
     """
 
@@ -40,6 +42,7 @@ class Placing:
     source: Any = None
     target: Any = None
     by_default: Any = None
+    warn: Callable[[str], object] = str
 
     @classmethod
     def of(
@@ -47,11 +50,11 @@ class Placing:
         stated: str | None,
         crs: str | None,
         scan_at: NDArray[np.float64],
-        warn: Callable[[str], None],
+        warn: Callable[[str], object],
     ) -> Placing:
         """Compare what a file of outlines states with what the scan does."""
         if stated is None:
-            return cls(scan_at, by_default=known_system(crs))
+            return cls(scan_at, by_default=known_system(crs), warn=warn)
         if not crs or is_same_system(stated, crs):
             return cls(scan_at)
         source, target = known_system(stated), known_system(crs)
@@ -74,6 +77,7 @@ class Placing:
         source, target = self.source, self.target
         if self.by_default is not None and are_degrees(corners, self.scan_at):
             source, target = known_system(WGS84), self.by_default
+            self.warn(f"the outlines were reprojected from WGS 84 to {target.name}")
         if source is None:
             refuse_degrees(corners, self.scan_at)
             return corners
