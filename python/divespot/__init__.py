@@ -4,6 +4,7 @@ from divespot._native import __version__
 from divespot.clustering import Clusters, hdbscan
 from divespot.errors import DivespotError
 from divespot.grid import HeightMap, Volume, height_map, integrate
+from divespot.info import Info, info
 from divespot.intake import Source
 from divespot.kernels import (
     HeightHistogram,
@@ -29,6 +30,7 @@ __all__ = [
     "Ground",
     "HeightHistogram",
     "HeightMap",
+    "Info",
     "Material",
     "Pile",
     "Plane",
@@ -45,6 +47,7 @@ __all__ = [
     "hdbscan",
     "height_histogram",
     "height_map",
+    "info",
     "integrate",
     "measure",
     "point_spacing",

@@ -26,6 +26,7 @@ __all__ = [
     "pieces",
     "plane_base",
     "radius_outlier_mask",
+    "read_e57",
     "rotate",
     "rotation_to_z",
     "seen",
@@ -236,3 +237,7 @@ def measure_inside(
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def first_crossing(line: NDArray[np.float64]) -> int | None: ...
 def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDArray[np.bool_]: ...
+
+_E57Scan: TypeAlias = tuple[list[str], NDArray[np.float64], tuple[float, ...] | None]
+
+def read_e57(data: bytes) -> tuple[str | None, list[_E57Scan]]: ...

@@ -87,7 +87,7 @@ def _surface_level(
     by = max(1, round(scan.spacing_m / grid.cell_m))
     heights_m = _blocks(grid.heights_m, by)
 
-    with_holes = settings.base == "local" and settings.outline is None
+    with_holes = settings.base == "local" and not settings.is_outlined
     found = _native.hills(heights_m, by * grid.cell_m, with_holes, settings.threads)
 
     def fine(values: NDArray[Any]) -> NDArray[Any]:

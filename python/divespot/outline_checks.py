@@ -68,13 +68,18 @@ def _area(rings: Sequence[NDArray[np.float64]]) -> float:
     return total
 
 
+def are_degrees(corners: NDArray[np.float64], scan_at: NDArray[np.float64]) -> bool:
+    """Return whether corners are longitudes and latitudes and the scan is projected."""
+    x, y = np.abs(corners[:, 0]).max(), np.abs(corners[:, 1]).max()
+    return bool(x <= 180.0 and y <= 90.0 and np.abs(scan_at[:2]).max() > FAR)
+
+
 def refuse_degrees(corners: NDArray[np.float64], scan_at: NDArray[np.float64]) -> None:
     """Raise DivespotError where corners are longitudes and latitudes and the scan is projected."""
-    x, y = np.abs(corners[:, 0]).max(), np.abs(corners[:, 1]).max()
-    if x <= 180.0 and y <= 90.0 and np.abs(scan_at[:2]).max() > FAR:
+    if are_degrees(corners, scan_at):
         at = ", ".join(f"{v:.7g}" for v in corners[0, :2])
         scan = ", ".join(f"{v:.7g}" for v in scan_at[:2])
         raise DivespotError(
             f"lies at {at}, as longitude and latitude (WGS 84) do, the scan at {scan}: "
-            "the outline in the scan's own system is needed"
+            "the outline in the scan's own system is needed, or a scan that states its system"
         )

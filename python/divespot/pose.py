@@ -116,7 +116,7 @@ def _upright(
     """
     asked = evidence.asked
     steep = asked is not None and LEVEL_DEG < angle_deg(plane.normal, asked) <= STEEPEST_DEG
-    prisms = settings.base.startswith("height=") and (steep or settings.outline is not None)
+    prisms = settings.base.startswith("height=") and (steep or settings.is_outlined)
     is_exact = evidence.is_exact(plane, len(points))
     if not (is_exact or prisms):
         return plane

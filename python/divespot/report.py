@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from divespot import _native
 from divespot._arguments import whole
 from divespot.base_name import BaseName
-from divespot.mass import mass_kg
+from divespot.mass import total_mass_kg
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -117,6 +117,8 @@ class Pile:
         Volumes above the bases that were compared; null where none were.
     name
         Name of the outline, where one was given.
+    material
+        Material that the outline names, or else the one that was asked for.
     reason
         Why the object is no pile; other objects alone have it.
 
@@ -140,6 +142,7 @@ class Pile:
     budget: Budget
     volume_by_base_m3: Mapping[str, float] | None = None
     name: str | None = None
+    material: str | None = None
     reason: str | None = None
 
 
@@ -172,7 +175,7 @@ class Total:
         own = dict.fromkeys(COMMON, 0.0)
         rest = (dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles)
         volume, u = sum(pile.volume_m3 for pile in piles), math.hypot(*common, *rest)
-        mass, u_mass = mass_kg(volume, u, settings)
+        mass, u_mass = total_mass_kg(piles, COMMON, settings)
         return cls(volume, COVERAGE * u, mass, None if u_mass is None else COVERAGE * u_mass)
 
 
@@ -251,7 +254,8 @@ class Report:
         base = BaseName.parse(self.settings.base)
         earlier = base.path if base is not None and base.path else None
         outline = self.settings.outline
-        return self.source.path, outline if isinstance(outline, str) else None, earlier
+        named = outline if isinstance(outline, str) else None
+        return self.source.path, *self.source.files, named, earlier
 
     @property
     def seed(self) -> int:

@@ -11,6 +11,7 @@ from divespot import __version__
 from divespot.cli.demo import demo
 from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
+from divespot.cli.info import info
 from divespot.cli.materials import materials
 from divespot.cli.measure import measure
 from divespot.cli.reproduce import reproduce
@@ -25,5 +26,5 @@ def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, simulate, demo, evaluate, reproduce, materials):
+for command in (measure, info, simulate, demo, evaluate, reproduce, materials):
     main.add_command(command)

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
 
 
+#: A scan, or several that are one survey.
+Survey = str | tuple[str, ...]
+
 #: Options that name files which belong to one scan.
 FILES = ("picture", "save_base", "save_outlines")
 
@@ -46,6 +49,7 @@ def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) ->
 @click.command(cls=Grouped)
 @click.argument("scans", metavar="SCAN...", type=click.Path(), nargs=-1, required=True)
 @setting_options
+@click.option("--merge", is_flag=True, help="measure all SCANs as one survey: tiles, set-ups")
 @click.option(
     "--json",
     "json_file",
@@ -76,32 +80,37 @@ def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) ->
 )
 @force_option
 @click.pass_context
-def measure(
+def measure(  # noqa: PLR0913, PLR0917 - one argument an option
     ctx: click.Context,
     /,
     scans: tuple[str, ...],
+    merge: bool,  # noqa: FBT001 - click's call
     json_file: str | None,
-    append: bool,  # noqa: FBT001 - click's call
+    append: bool,  # noqa: FBT001 - as above
     force: bool,  # noqa: FBT001 - as above
     **_others: Any,  # noqa: ANN401 - as many types as settings; read from the context
 ) -> None:
     """Measure every pile in each SCAN.
 
-    SCAN is a PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY or NPZ file, or one of them in a GZIP or ZIP
-    file. No option is needed: every length that is not given is derived from the scan's own point
-    spacing. A scan that cannot be measured is named on stderr, and the next one is measured.
+    SCAN is a PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY or NPZ file, or one of them in a
+    GZIP or ZIP file. No option is needed: every length that is not given is derived from the
+    scan's own point spacing. A scan that cannot be measured is named on stderr, and the next
+    one is measured.
     """
     settings = chosen_settings(ctx)
     files = {name: path for name in FILES if (path := ctx.params[name]) is not None}
-    if len(scans) > 1 and files:
+    surveys: list[Survey] = [scans if len(scans) > 1 else scans[0]] if merge else list(scans)
+    if len(surveys) > 1 and files:
         option = "--" + next(iter(files)).replace("_", "-")
-        raise click.UsageError(f"{option} needs one SCAN, {len(scans)} were given", ctx)
+        raise click.UsageError(
+            f"{option} needs one SCAN, {len(scans)} were given (or --merge them)", ctx
+        )
     if append and json_file is None:
         raise click.UsageError("--append needs --json", ctx)
     _check(scans, settings, json_file, files, force=force)
-    lines = JsonLines(json_file, append=append) if json_file and (append or scans[1:]) else None
+    lines = JsonLines(json_file, append=append) if json_file and (append or surveys[1:]) else None
     output = Output(json_file, lines, files)
-    good = [_measure_one(scan, settings, output) for scan in scans]
+    good = [_measure_one(survey, settings, output) for survey in surveys]
     if not all(good):
         ctx.exit(1)
 
@@ -197,26 +206,28 @@ def _draw(report: Report, path: str) -> None:
         raise DivespotError(f"{path}: cannot be drawn ({type(error).__name__}: {error})") from None
 
 
-def _measure_one(scan: str, settings: Settings, output: Output) -> bool:
-    """Measure one scan and tell of it; return whether that worked."""
+def _measure_one(survey: Survey, settings: Settings, output: Output) -> bool:
+    """Measure one scan, or several as one, and tell of it; return whether that worked."""
+    scans = (survey,) if isinstance(survey, str) else survey
     try:
-        report = run(scan, settings)
+        report = run(survey, settings)
     except (DivespotError, MemoryError) as error:
-        sentence = _named(scan, str(error) or "there is too little memory for this scan")
+        sentence = _named(scans, str(error) or "there is too little memory for this scan")
         Failure(sentence).show()
-        output.fail(scan, sentence)
+        output.fail(scans[0], sentence)
         return False
     show_warnings(report)
     return output.write(report)
 
 
-def run(scan: str | Path, settings: Settings) -> Report:
-    """Measure a file with a progress line."""
+def run(survey: Survey | Path, settings: Settings) -> Report:
+    """Measure a file, or several as one, with a progress line."""
     from divespot.pipeline import measure as pipeline  # noqa: PLC0415 - slow to import
 
-    name = printable(click.format_filename(scan, shorten=True))
+    first = survey[0] if isinstance(survey, tuple) else survey
+    name = printable(click.format_filename(first, shorten=True))
     with progress_line(f"measuring {name}") as on_stage:
-        return pipeline(scan, settings, on_stage=on_stage)
+        return pipeline(survey, settings, on_stage=on_stage)
 
 
 def show(report: Report) -> None:
@@ -241,9 +252,11 @@ def show_warnings(report: Report) -> None:
 
 
 def _file_name(report: Report) -> str:
-    return file_name(report.source.path or "points")
+    name = file_name(report.source.path or "points")
+    more = len(report.source.files) - 1
+    return f"{name} and {more} more" if more > 0 else name
 
 
-def _named(scan: str, sentence: str) -> str:
-    name = file_name(scan)
-    return sentence if sentence.startswith(name) else f"{name}: {sentence}"
+def _named(scans: tuple[str, ...], sentence: str) -> str:
+    names = [file_name(scan) for scan in scans]
+    return sentence if sentence.startswith(tuple(names)) else f"{names[0]}: {sentence}"

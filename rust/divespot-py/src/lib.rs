@@ -2,6 +2,7 @@
 
 mod array;
 mod bases;
+mod e57;
 mod errors;
 mod ground;
 mod hdbscan;
@@ -21,6 +22,8 @@ mod voxel;
 mod _native {
     #[pymodule_export]
     use crate::bases::{RawBase, plane_base, surface_base};
+    #[pymodule_export]
+    use crate::e57::read_e57;
     #[pymodule_export]
     use crate::ground::{find_ground, leveling, survey, unevenness_of_rays};
     #[pymodule_export]
