@@ -12,7 +12,7 @@ from divespot import _native
 from divespot._arguments import require_kind
 from divespot.base_name import PLAIN, BaseName
 from divespot.errors import DivespotError
-from divespot.io import write
+from divespot.io.write import write
 from divespot.kernels import ground_height
 from divespot.output import refuse_inputs
 from divespot.report import Report

@@ -24,6 +24,7 @@ pub mod ground_peak;
 pub mod hdbscan;
 pub mod heightmap;
 pub mod histogram;
+pub mod lzf;
 pub mod neighbors;
 pub mod piles;
 pub mod plane;
