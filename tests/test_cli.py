@@ -409,7 +409,7 @@ def test_demo_without_a_folder(tmp_path: Path) -> None:
 
 def test_version_and_light_start() -> None:
     assert run("--version").stdout == f"divespot {divespot.__version__}\n"
-    heavy = "rich", "matplotlib", "laspy", "divespot.simulate"
+    heavy = "matplotlib", "laspy", "divespot.simulate", "divespot.cli.table"
     code = (
         "import sys; from divespot.cli import main\n"
         "try: main(['--help'])\n"

@@ -19,7 +19,7 @@ from divespot.cli.outputs import (
     force_option,
     write_json,
 )
-from divespot.cli.screen import file_name, progress_line, stdout_console, tell
+from divespot.cli.screen import file_name, progress_line, tell
 from divespot.errors import DivespotError, printable
 from divespot.output import OUTLINES, PICTURE, POINTS, REPORT
 from divespot.report import finite
@@ -220,15 +220,16 @@ def run(scan: str | Path, settings: Settings) -> Report:
 
 def show(report: Report) -> None:
     """Print a report for people."""
+    from divespot.cli.table import show_table  # noqa: PLC0415 - as below
     from divespot.cli.tables import bases_table, report_table  # noqa: PLC0415 - slow to import
 
     seconds = sum(report.timings_s.values())
     click.echo(f"{_file_name(report)}: {report.source.points:,} points in {seconds:.2f} s\n")
     if report.piles or report.other_objects:
-        stdout_console().print(report_table(report))
+        show_table(report_table(report))
         if report.settings.compare_bases and report.piles:
             click.echo()
-            stdout_console().print(bases_table(report))
+            show_table(bases_table(report))
     else:
         click.echo("  no object stands on the ground\n")
 
