@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.dot import dot
 from divespot.errors import DivespotError
 from divespot.plane import Plane
 from divespot.report import Ground
@@ -50,7 +51,7 @@ class Pose:
     def restored(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return places of the level frame, shape ``(..., 3)``, in the cloud's frame."""
         raised = positions_m + np.array((0.0, 0.0, self.plane.offset_m))
-        return np.asarray(raised @ self.rotation)
+        return np.stack([dot(raised, column) for column in self.rotation.T], axis=-1)
 
 
 def find_pose(
@@ -123,14 +124,14 @@ def _upright(
         return plane
     x, y, z = Z if is_exact else upward(plane.normal, settings.up).tolist()
     near = np.abs(plane.heights_m(points)) <= given(settings.plane_threshold_m)
-    offset_m = float(np.median(points[near] @ (x, y, z)))
+    offset_m = float(np.median(dot(points[near], (x, y, z))))
     return dataclasses.replace(plane, normal=(x, y, z), offset_m=offset_m)
 
 
 def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> Pose:
     """Return the pose of a scan that is taken as level, z = 0 at the middle one of its heights."""
     rotation = _native.rotation_to_z(up)
-    heights = points @ rotation[2]
+    heights = dot(points, rotation[2])
     offset = float(np.median(heights))
     off = np.abs(heights - offset)
     near = off[off <= threshold_m]
@@ -142,6 +143,6 @@ def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> 
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
     """Describe the ground in the scan's own frame, in metres."""
     normal = pose.plane.normal
-    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
+    offset = pose.plane.offset_m + ground.height_m + float(dot(normal, cloud.origin_m))
     share = pose.plane.inliers / points
     return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)

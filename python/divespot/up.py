@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from divespot.dot import dot
 from divespot.errors import DivespotError
 from divespot.plane import Plane, cone
 from divespot.sensor import ORIGIN, axis_z, is_survey
@@ -72,7 +73,7 @@ def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
     """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
     asked = parse_up(up)
     if asked is not None:
-        return np.asarray(np.array(asked) / np.linalg.norm(asked))
+        return np.asarray(np.array(asked) / np.sqrt(dot(asked, asked)))
     along = np.asarray(normal)
     nearest = int(np.abs(along).argmax())
     return np.asarray(np.copysign(1.0, along[nearest]) * np.array([*AXES.values()])[nearest])
@@ -80,7 +81,7 @@ def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
 
 def angle_deg(a: Position, b: Position) -> float:
     """Return the angle between a unit vector and another one of any length."""
-    cosine = np.dot(a, b) / np.linalg.norm(b)
+    cosine = dot(a, b) / np.sqrt(dot(b, b))
     return math.degrees(math.acos(min(1.0, max(-1.0, float(cosine)))))
 
 
