@@ -124,6 +124,7 @@ def test_json_keeps_its_contract(heap: Path) -> None:
     kinds = {
         "schema": str,
         "divespot": str,
+        "status": str,
         "source": dict,
         "piles": list,
         "other_objects": list,

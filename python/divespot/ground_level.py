@@ -9,7 +9,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.bases import peak_m
-from divespot.errors import DivespotError
+from divespot.errors import NoGroundError
 from divespot.settings import given, needs_ground
 from divespot.surface import NO_GROUND
 
@@ -69,7 +69,7 @@ def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[Grou
     else:
         ground = _surface_level(grid, height, scan, settings)
         if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
-            raise DivespotError(NO_GROUND)
+            raise NoGroundError(NO_GROUND)
     return ground, settings.grounded(ground.noise_m)
 
 

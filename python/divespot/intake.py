@@ -10,7 +10,7 @@ import numpy as np
 
 from divespot import _native
 from divespot._arguments import as_floats
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, NothingSeenError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
 from divespot.report import Source
@@ -63,7 +63,7 @@ def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Clou
     scan = _scan(source, settings)
     points, origin, nonfinite, zero = _native.seen(scan.points, settings.threads)
     if len(points) < FEWEST:
-        raise DivespotError(
+        raise NothingSeenError(
             f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "
             f"and {zero} are (0, 0, 0): at least {FEWEST} others are needed"
         )
@@ -142,7 +142,7 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
     corners = np.array(settings.crop).reshape(2, 3) * UNITS[cloud.source.unit] - cloud.origin_m
     inside = ((cloud.points >= corners[0]) & (cloud.points <= corners[1])).all(axis=1)
     if inside.sum() < FEWEST:
-        raise DivespotError(
+        raise NothingSeenError(
             f"crop keeps {inside.sum()} of {len(inside)} points: at least {FEWEST} are needed"
         )
     return replace(cloud, points=rows_of(cloud.points, inside))

@@ -11,7 +11,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.dot import dot
-from divespot.errors import DivespotError
+from divespot.errors import NoGroundError
 from divespot.plane import Plane
 from divespot.report import Ground
 from divespot.settings import given, needs_ground
@@ -96,7 +96,7 @@ def find_pose(
     is_flat = fitted.inliers >= FLAT_SHARE * len(points)
     if needs_ground(settings) and up.source == "nothing below" and not is_flat:
         share = fitted.inliers / len(points)
-        raise DivespotError(
+        raise NoGroundError(
             f"which way is up cannot be told: only {share:.0%} of the points lie on one plane, "
             "and nothing else tells (--up is needed, or a scan that shows the ground)"
         )

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from divespot.errors import Status
     from divespot.frame import Frame
     from divespot.grid import HeightMap
     from divespot.settings import Settings
@@ -210,6 +211,11 @@ class Report:
         return self.source.path, self.settings.outline, earlier
 
     @property
+    def status(self) -> Status:
+        """What became of the scan, in a word: ``measured``, or ``no_pile`` where none was found."""
+        return "measured" if self.piles else "no_pile"
+
+    @property
     def seed(self) -> int:
         """The seed of all random draws."""
         return self.settings.seed
@@ -222,6 +228,7 @@ class Report:
         return {
             "schema": SCHEMA,
             "divespot": __version__,
+            "status": self.status,
             "source": dataclasses.asdict(self.source),
             "piles": piles,
             "other_objects": [dataclasses.asdict(item) for item in self.other_objects],

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, NothingSeenError
 from divespot.io.doubts import judged
 from divespot.io.files import bytes_of
 from divespot.io.formats import detect
@@ -71,7 +71,7 @@ def read(
     try:
         return _read(file, unit, wanted)
     except DivespotError as err:
-        raise DivespotError(f"{file}: {err}") from None
+        raise type(err)(f"{file}: {err}") from None
     except OSError as err:
         raise DivespotError(f"{file}: cannot be read ({err.strerror or err})") from None
     except MemoryError:
@@ -86,7 +86,7 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
         python_warnings.simplefilter("always")
         raw = found.read(data, wanted)
     if len(raw.xyz) == 0:
-        raise DivespotError("it holds 0 points")
+        raise NothingSeenError("it holds 0 points")
     said = dict.fromkeys(str(warning.message) for warning in caught)
     unit_used, vertical, unit_warnings = _units(raw, unit)
     stated = unit != "auto" or raw.unit is not None
