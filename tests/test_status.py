@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import shlex
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 import pytest
@@ -12,12 +13,11 @@ from click.testing import CliRunner
 
 import divespot
 from divespot.cli import main
-from divespot.errors import DivespotError, NoGroundError, NothingSeenError
+from divespot.errors import DivespotError, NoGroundError, NothingSeenError, Status
 from divespot.simulate import scan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from click.testing import Result
     from numpy.typing import NDArray
@@ -97,3 +97,9 @@ def test_errors_have_it_in_python() -> None:
             divespot.measure(points)
         assert type(caught.value) is kind
     assert DivespotError("x").status == "bad_input"
+
+
+def test_the_docs_name_every_status() -> None:
+    edge = (Path(__file__).resolve().parents[1] / "docs" / "edge.md").read_text("utf-8")
+    for status in get_args(Status):
+        assert f"| `{status}` | " in edge
