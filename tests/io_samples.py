@@ -7,12 +7,12 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import laspy
-import lzf
 import numpy as np
 import pytest
 
 from divespot import DivespotError
 from divespot import io as dio
+from lzf_twin import compress
 from scanner_samples import cartesian, e57, ptx
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def pcd(points: NDArray[Any], encoding: str, kind: str = "f4") -> bytes:
         table["xyz"] = points
         return head.encode() + table.tobytes()
     raw = bytes(4 * n) + points.T.astype(f"<{kind}").tobytes() + bytes(12 * n)
-    packed: bytes = lzf.compress(raw)
+    packed = compress(raw)
     return head.encode() + struct.pack("<II", len(packed), len(raw)) + packed
 
 

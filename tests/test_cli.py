@@ -121,6 +121,7 @@ def test_json_keeps_its_contract(heap: Path) -> None:
     kinds = {
         "schema": str,
         "divespot": str,
+        "status": str,
         "source": dict,
         "piles": list,
         "other_objects": list,
@@ -449,7 +450,7 @@ def test_demo_without_a_folder(tmp_path: Path) -> None:
 
 def test_version_and_light_start() -> None:
     assert run("--version").stdout == f"divespot {divespot.__version__}\n"
-    heavy = "rich", "matplotlib", "laspy", "divespot.simulate"
+    heavy = "matplotlib", "laspy", "divespot.simulate", "divespot.cli.table"
     code = (
         "import sys; from divespot.cli import main\n"
         "try: main(['--help'])\n"

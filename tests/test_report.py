@@ -23,6 +23,7 @@ OFFSET_M = (482_310.0, 5_456_790.0, 312.0)
 KEYS = [
     "schema",
     "divespot",
+    "status",
     "source",
     "piles",
     "other_objects",

@@ -20,6 +20,7 @@ __all__ = [
     "inside",
     "integrate",
     "leveling",
+    "lzf_decompress",
     "measure_difference",
     "measure_inside",
     "measure_objects",
@@ -51,6 +52,7 @@ def hdbscan(
     allow_single_cluster: bool,
     threads: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
+def lzf_decompress(packed: bytes, size: int) -> NDArray[np.uint8]: ...
 def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...

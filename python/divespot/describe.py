@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.dot import dot
 from divespot.level import Outline
 from divespot.mass import density_of, mass_kg
 from divespot.pose import FLAT_SHARE
@@ -31,7 +32,7 @@ OFF_SHARE = 0.05
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
     """Describe the ground in the scan's own frame, in metres."""
     normal = pose.plane.normal
-    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
+    offset = pose.plane.offset_m + ground.height_m + float(dot(normal, cloud.origin_m))
     share = pose.plane.inliers / points
     return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from divespot import _native
 from divespot._arguments import as_floats
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, NothingSeenError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
 from divespot.io.merge import are_paths
@@ -133,7 +133,7 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
     """Drop and count the points of a scan that were not seen, as `load` does."""
     points, origin, nonfinite, zero = _native.seen(scan.points, settings.threads)
     if len(points) < FEWEST:
-        raise DivespotError(
+        raise NothingSeenError(
             f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "
             f"and {zero} are (0, 0, 0): at least {FEWEST} others are needed"
         )
@@ -236,7 +236,7 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
     corners[:, :2] /= cloud.scale
     inside = ((cloud.points >= corners[0]) & (cloud.points <= corners[1])).all(axis=1)
     if inside.sum() < FEWEST:
-        raise DivespotError(
+        raise NothingSeenError(
             f"crop keeps {inside.sum()} of {len(inside)} points: at least {FEWEST} are needed"
         )
     return replace(cloud, points=rows_of(cloud.points, inside))

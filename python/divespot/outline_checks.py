@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.dot import twice_area
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def _area(rings: Sequence[NDArray[np.float64]]) -> float:
     total = 0.0
     for ring in rings:
         x, y = (ring - ring[0]).T
-        total += float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+        total += twice_area(x, y) / 2.0
     return total
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from divespot import _native
+from divespot.dot import twice_area
 from divespot.errors import DivespotError, shortened
 from divespot.outline_checks import first_overlap
 from divespot.outline_features import read_features
@@ -200,7 +201,7 @@ def _in_plan(corners: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
 def _area(ring: NDArray[np.float64]) -> float:
     """Return the area, positive if the line runs counter-clockwise."""
     x, y = (ring - ring[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+    return twice_area(x, y) / 2.0
 
 
 def _turned(ring: NDArray[np.float64], *, hole: bool) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from divespot.directions import Position
+    from divespot.errors import Status
     from divespot.intake import Source
     from divespot.level import Level
     from divespot.settings import Settings
@@ -258,6 +259,11 @@ class Report:
         return self.source.path, *self.source.files, named, earlier
 
     @property
+    def status(self) -> Status:
+        """What became of the scan, in a word: ``measured``, or ``no_pile`` where none was found."""
+        return "measured" if self.piles else "no_pile"
+
+    @property
     def seed(self) -> int:
         """The seed of all random draws."""
         return self.settings.seed
@@ -268,6 +274,7 @@ class Report:
         return {
             "schema": SCHEMA,
             "divespot": _native.__version__,
+            "status": self.status,
             "source": dataclasses.asdict(self.source),
             "piles": piles,
             "other_objects": [dataclasses.asdict(item) for item in self.other_objects],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from divespot.cli.outputs import (
     force_option,
     write_json,
 )
-from divespot.cli.screen import file_name, progress_line, stdout_console, tell
+from divespot.cli.screen import file_name, progress_line, tell
 from divespot.errors import DivespotError, printable
 from divespot.output import OUTLINES, PICTURE, POINTS, REPORT
 from divespot.report import finite
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    from divespot.errors import Status
     from divespot.report import Report
     from divespot.settings import Settings
 
@@ -57,6 +59,12 @@ def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) ->
     metavar="PATH|-",
     help="write the report as JSON, - for stdout and nothing else there; of several scans, one "
     "line each with its time (JSON Lines), also of those that cannot be measured",
+)
+@click.option(
+    "--status",
+    is_flag=True,
+    help="print one line a scan instead of the table, for scripts: status=measured, no_pile, "
+    "no_ground, nothing_seen or bad_input, and what was measured",
 )
 @click.option("--append", is_flag=True, help="add a line to the file of --json, of one scan too")
 @click.option(
@@ -107,9 +115,11 @@ def measure(  # noqa: PLR0913, PLR0917 - one argument an option
         )
     if append and json_file is None:
         raise click.UsageError("--append needs --json", ctx)
+    if ctx.params["status"] and json_file == STDOUT:
+        raise click.UsageError("--status needs the standard output, which --json - takes", ctx)
     _check(scans, settings, json_file, files, force=force)
     lines = JsonLines(json_file, append=append) if json_file and (append or surveys[1:]) else None
-    output = Output(json_file, lines, files)
+    output = Output(json_file, lines, files, show_status if ctx.params["status"] else show)
     good = [_measure_one(survey, settings, output) for survey in surveys]
     if not all(good):
         ctx.exit(1)
@@ -143,6 +153,7 @@ class Output:
     json_file: str | None
     lines: JsonLines | None
     files: Mapping[str, str]
+    show: Callable[[Report], None]
 
     def write(self, report: Report) -> bool:
         """Write a report to all places that were asked for, pictures last.
@@ -156,7 +167,7 @@ class Output:
             steps.append(partial(write_json, self.json_file, report.to_json()))
         steps += [partial(_save, name, report, path) for name, path in self._ordered()]
         if self.json_file != STDOUT:
-            steps.insert(len(steps) - ("picture" in self.files), partial(show, report))
+            steps.insert(len(steps) - ("picture" in self.files), partial(self.show, report))
         failures = [error for step in steps if (error := _attempt(step)) is not None]
         for error in failures:
             if isinstance(error, BrokenPipeError):
@@ -164,10 +175,12 @@ class Output:
             Failure(said(error)).show()
         return not failures
 
-    def fail(self, scan: str, sentence: str) -> None:
+    def fail(self, scan: str, sentence: str, status: Status) -> None:
         """Write that a scan could not be measured."""
+        if self.show is show_status:
+            click.echo(_status_line(status, file_name(scan), error=_quoted(sentence)))
         if self.lines is not None:
-            error = _attempt(partial(self.lines.write, failed(scan, sentence)))
+            error = _attempt(partial(self.lines.write, failed(scan, sentence, status)))
             if error is not None:
                 Failure(said(error)).show()
 
@@ -214,7 +227,8 @@ def _measure_one(survey: Survey, settings: Settings, output: Output) -> bool:
     except (DivespotError, MemoryError) as error:
         sentence = _named(scans, str(error) or "there is too little memory for this scan")
         Failure(sentence).show()
-        output.fail(scans[0], sentence)
+        status: Status = error.status if isinstance(error, DivespotError) else "bad_input"
+        output.fail(scans[0], sentence, status)
         return False
     show_warnings(report)
     return output.write(report)
@@ -232,17 +246,38 @@ def run(survey: Survey | Path, settings: Settings) -> Report:
 
 def show(report: Report) -> None:
     """Print a report for people."""
+    from divespot.cli.table import show_table  # noqa: PLC0415 - as below
     from divespot.cli.tables import bases_table, report_table  # noqa: PLC0415 - slow to import
 
     seconds = sum(report.timings_s.values())
     click.echo(f"{_file_name(report)}: {report.source.points:,} points in {seconds:.2f} s\n")
     if report.piles or report.other_objects:
-        stdout_console().print(report_table(report))
+        show_table(report_table(report))
         if report.settings.compare_bases and report.piles:
             click.echo()
-            stdout_console().print(bases_table(report))
+            show_table(bases_table(report))
     else:
         click.echo("  no object stands on the ground\n")
+
+
+def show_status(report: Report) -> None:
+    """Print a report as one line of words for a script; the first tells what became of the scan."""
+    total = report.total
+    figures = {
+        "piles": str(len(report.piles)),
+        "volume_m3": f"{total.volume_m3:.6g}",
+        "u95_m3": f"{total.u95_m3:.2g}",
+    }
+    click.echo(_status_line(report.status, _file_name(report), **figures))
+
+
+def _status_line(status: Status, scan: str, **figures: str) -> str:
+    words = {"status": status, **figures, "scan": _quoted(scan)}
+    return " ".join(f"{name}={value}" for name, value in words.items())
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
 
 
 def show_warnings(report: Report) -> None:

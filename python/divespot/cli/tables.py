@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich import box
-from rich.table import Table
-
+from divespot.cli.table import Table
 from divespot.errors import printable, shortened
 from divespot.numbers import rounded, volume_unit, with_uncertainty
 
@@ -21,15 +19,15 @@ def report_table(report: Report) -> Table:
     items = (*report.piles, *report.other_objects)
     unit, per_m3 = volume_unit(max((abs(item.volume_m3) for item in items), default=1.0))
     weighed = any(item.mass_kg is not None for item in items)
-    table = plain_table("", f"volume {unit}", "footprint\nm²", "height\nm", "seen")
-    if weighed:
-        table.add_column("mass kg", justify="right", no_wrap=True)
-    table.add_column("remarks")
+    mass = ["mass kg"] if weighed else []
+    numbers = (f"volume {unit}", "footprint\nm²", "height\nm", "seen", *mass)
+    table = Table(("", *numbers, "remarks"), text=True)
     for pile in report.piles:
         table.add_row(_title(pile), *_cells(pile, per_m3, weighed=weighed))
     if len(report.piles) > 1:
-        mass = ["", "", "", _mass(report.total)] if weighed else []
-        table.add_row("total", _volume(report.total, per_m3), *mass, style="bold")
+        mass = [_mass(report.total)] if weighed else []
+        cells = (_volume(report.total, per_m3), "", "", "", *mass, "")
+        table.add_row("total", *cells, style="bold")
     table.add_section()
     for item in report.other_objects:
         table.add_row(f"other {item.id}", *_cells(item, per_m3, weighed=weighed), style="dim")
@@ -40,7 +38,7 @@ def bases_table(report: Report) -> Table:
     """Return each pile's volume above every base that was compared."""
     unit, per_m3 = volume_unit(max(pile.volume_m3 for pile in report.piles))
     compared = [(_title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
-    table = plain_table(f"volume {unit} by base", *compared[0][1])
+    table = Table((f"volume {unit} by base", *compared[0][1]))
     for title, volumes in compared:
         table.add_row(title, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
     return table
@@ -49,21 +47,12 @@ def bases_table(report: Report) -> Table:
 def times_table(timings_s: Mapping[str, float], points: int) -> Table:
     """Return a row for each stage, the sum and the points a second."""
     total_s = sum(timings_s.values())
-    table = plain_table("stage", "ms", "share")
+    table = Table(("stage", "ms", "share"))
     for stage, seconds in timings_s.items():
         table.add_row(stage, f"{1e3 * seconds:.1f}", f"{seconds / total_s:.0%}")
     table.add_section()
     table.add_row("all stages", f"{1e3 * total_s:.1f}", "100%")
     table.add_row("points per second", f"{points / total_s:,.0f}", "")
-    return table
-
-
-def plain_table(first: str, *numbers: str) -> Table:
-    """Return an empty table: a name at the left, then numbers."""
-    table = Table(box=box.SIMPLE, show_edge=False, pad_edge=False, header_style="bold")
-    table.add_column(first, no_wrap=True)
-    for name in numbers:
-        table.add_column(name, justify="right", no_wrap=True)
     return table
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, NothingSeenError
 from divespot.io.doubts import Judged, doubts_of, judged
 from divespot.io.files import bytes_of
 from divespot.io.formats import detect
@@ -103,7 +103,7 @@ def _named(file: Path, unit: str, wanted: Wanted) -> Scan:
     try:
         return _read(file, unit, wanted)
     except DivespotError as err:
-        raise DivespotError(f"{file}: {err}") from None
+        raise type(err)(f"{file}: {err}") from None
     except OSError as err:
         raise DivespotError(f"{file}: cannot be read ({err.strerror or err})") from None
     except MemoryError:
@@ -126,7 +126,7 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
         python_warnings.simplefilter("always")
         name, raw, warnings = _raw(file, wanted)
     if len(raw.xyz) == 0:
-        raise DivespotError("it holds 0 points")
+        raise NothingSeenError("it holds 0 points")
     said = dict.fromkeys(str(warning.message) for warning in caught)
     raw = with_system(raw, wanted.crs)
     unit_used, vertical, unit_warnings = _units(raw, unit)

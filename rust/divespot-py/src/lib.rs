@@ -9,6 +9,7 @@ mod hdbscan;
 mod heightmap;
 mod histogram;
 mod interrupt;
+mod lzf;
 mod neighbors;
 mod piles;
 mod plane;
@@ -32,6 +33,8 @@ mod _native {
     use crate::heightmap::{RawHeightMap, height_map, integrate};
     #[pymodule_export]
     use crate::histogram::{ground_height, height_histogram};
+    #[pymodule_export]
+    use crate::lzf::lzf_decompress;
     #[pymodule_export]
     use crate::neighbors::{radius_outlier_mask, surface_mask};
     #[pymodule_export]
