@@ -14,8 +14,8 @@ LAYERS = {
     "settings": "_options _typed stages settings mass",
     "kernels": "clustering grid kernels plane spacing",
     "stages": "sensor intake lengths thinning clusters filters up pose frame strays surface "
-    "ground_level earlier bases objects holes differences outline_checks outline_place outline_features "
-    "outline_file projection rounding",
+    "ground_level earlier bases objects holes differences "
+    "outline_checks outline_place outline_features outline_file projection rounding",
     "report": "level report describe",
     "results": "plot save volume",
     "method": "info pipeline divespot",
