@@ -1,4 +1,4 @@
-# make demo · make test · make check · make bench · make docs-pictures · make clean
+# make demo · make test · make check · make bench · make docs · make clean
 # Needed beforehand: Python 3.10 or newer (PYTHON names another one) and a Rust toolchain.
 
 PYTHON ?= python3
@@ -11,7 +11,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
 .PHONY: build demo test test-rust test-python test-checked fuzz fuzz-kernels interrupt check lint-rust lint-python bench \
-	docs-pictures clean
+	docs docs-fields docs-pictures clean
 
 demo: build
 	$(BIN)/python -m divespot demo
@@ -92,7 +92,15 @@ bench: build
 docs-pictures: build
 	$(BIN)/python docs/pictures.py
 
+# The JSON Schema of the report, and the pages of its fields and of the settings.
+docs-fields: build
+	$(BIN)/python docs/fields.py
+
+docs: build
+	$(BIN)/python -m pip install --group docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+
 clean:
-	rm -rf $(VENV) target fuzz/target dist divespot-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) target fuzz/target dist site divespot-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	rm -f python/divespot/_native*.so
 	find python tests benches -name __pycache__ -prune -exec rm -rf {} +

@@ -120,7 +120,7 @@ def levels() -> Figure:
     found = Measured.of(_two_levels(), density=0.5)
     height_map = found.report.level.height_map
     heights_m = height_map.heights_m
-    labels, is_ground, _, _ = hills(heights_m, height_map.cell_m)
+    labels, is_ground, _, _ = hills(heights_m, height_map.cell_m, with_holes=False, threads=0)[0]
     kinds = np.where(is_ground, 0, np.where(labels >= 0, 2, 1)).reshape(heights_m.shape)
     x, y = height_map.centers_m()
     figure = Figure(figsize=(9.0, 5.6), layout="constrained")
@@ -194,11 +194,11 @@ def _zones(report: Report) -> NDArray[np.intp]:
     """Return the zone of each cell around the largest pile, as the core's ``Reach`` has them."""
     settings, level = report.settings, report.level
     height_map = level.height_map
-    labels, *_ = hills(height_map.heights_m, height_map.cell_m)
+    labels, *_ = hills(height_map.heights_m, height_map.cell_m, with_holes=False, threads=0)[0]
     hill = labels.reshape(height_map.heights_m.shape) == 0
     core = hill & (height_map.heights_m - level.base_m > given(settings.margin_m))
-    toe = math.ceil(given(settings.toe_m) / height_map.cell_m)
-    ring = max(3, int(settings.ring_share * math.sqrt(core.sum())))
+    toe = math.ceil(given(settings.stages.toe_m) / height_map.cell_m)
+    ring = max(3, int(settings.stages.ring_share * math.sqrt(core.sum())))
     steps = [core]
     for step in range(toe + ring):
         steps.append(_wider(steps[-1], diagonal=step % 2 == 1))

@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
+import json
+from functools import cache
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any
+
+import jsonschema
 
 if TYPE_CHECKING:
     from divespot import Pile, Report
+
+
+@cache
+def contract() -> jsonschema.Draft202012Validator:
+    """Return what holds a report against the JSON Schema that the package brings."""
+    text = (files("divespot") / "report.schema.json").read_text(encoding="utf-8")
+    return jsonschema.Draft202012Validator(json.loads(text))
+
+
+def require_contract(report: Report) -> None:
+    """Fail unless a report's JSON keeps the contract."""
+    contract().validate(json.loads(report.to_json()))
 
 
 def objects(report: Report) -> tuple[Pile, ...]:
@@ -20,7 +37,11 @@ def volume_m3(report: Report) -> float:
 
 
 def result(report: Report) -> dict[str, Any]:
-    """Return what must be the same bits: all but the times and the number of threads."""
+    """Return what must be the same bits: all but the times and the number of threads.
+
+    Its JSON is held against the contract.
+    """
+    require_contract(report)
     found = report.to_dict()
     del found["timings_s"], found["settings"]["threads"]
     return found

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 import divespot
-from divespot import DivespotError, Pile, Settings
+from divespot import DivespotError, Pile, Settings, Stages
 from divespot.base_name import PLAIN, BaseName
 from divespot.io import write
 from solids import SOLIDS, Floats, raster, sampled
 
 if TYPE_CHECKING:
     from pathlib import Path
+
 
 STEP_M = 2.0**-6
 CONE_M3 = SOLIDS["cone"].volume_m3
@@ -52,7 +53,7 @@ def cone() -> Floats:
 
 
 def pile(points: Floats, base: str, **changes: object) -> Pile:
-    (found,) = divespot.measure(points, Settings().changed(base=base, **changes)).piles
+    (found,) = divespot.measure(points, {"base": base, **changes}).piles
     return found
 
 
@@ -202,7 +203,7 @@ def test_bases_side_by_side_are_those_one_by_one() -> None:
     for name in ("local", "plane", "peak"):
         assert volumes[name] == pile(heap(), name).volume_m3
     assert pile(heap(), "local").volume_by_base_m3 is None
-    doubled = divespot.measure(heap(), compare_bases=True, factor=2.0).piles[0]
+    doubled = divespot.measure(heap(), compare_bases=True, stages=Stages(factor=2.0)).piles[0]
     assert (doubled.volume_by_base_m3 or {})["local"] == doubled.volume_m3
 
 

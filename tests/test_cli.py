@@ -21,7 +21,7 @@ import divespot
 from divespot import Settings
 from divespot import io as dio
 from divespot.cli import main
-from divespot.cli.options import FIELDS
+from divespot.cli.options import FIELDS, GROUPS, STAGES
 from divespot.simulate import NAMES, scan
 
 if TYPE_CHECKING:
@@ -44,8 +44,8 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "max_tilt_deg": (["--max-tilt-deg", "30"], 30.0),
     "radius_m": (["--radius-m", "0.07"], 0.07),
     "min_neighbors": (["--min-neighbors", "3"], 3),
-    "scene_cluster": (["--scene-cluster"], True),
-    "voxel_m": (["--voxel-m", "auto"], None),
+    "scene_cluster": (["--no-scene-cluster"], False),
+    "voxel_m": (["--voxel-m", "0.03"], 0.03),
     "level": (["--no-level"], False),
     "plane_threshold_m": (["--plane-threshold-m", "0.02"], 0.02),
     "hypotheses": (["--hypotheses", "321"], 321),
@@ -53,7 +53,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "bin_m": (["--bin-m", "0.004"], 0.004),
     "window": (["--window", "3"], 3),
     "lower_fraction": (["--lower-fraction", "0.4"], 0.4),
-    "ground_form": (["--ground-form", "level"], "level"),
+    "ground_form": (["--ground-form", "surface"], "surface"),
     "margin_m": (["--margin-m", "0.02"], 0.02),
     "fine_cluster": (["--no-fine-cluster"], False),
     "fine_radius_m": (["--fine-radius-m", "0"], 0.0),
@@ -62,17 +62,12 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "min_samples": (["--min-samples", "4"], 4),
     "link_m": (["--link-m", "0.1"], 0.1),
     "surface": (["--surface", "triangles"], "triangles"),
-    "select": (["--select", "largest"], "largest"),
+    "select": (["--select", "all"], "all"),
     "outline": (["--outline", str(OUTLINE)], str(OUTLINE)),
     "base": (["--base", "height=0.01"], "height=0.01"),
     "compare_bases": (["--compare-bases"], True),
     "toe_m": (["--toe-m", "0.08"], 0.08),
     "ring_share": (["--ring-share", "0.2"], 0.2),
-    "method": (["--method", "hull"], "hull"),
-    "inner_voxel_m": (["--inner-voxel", "0.03"], 0.03),
-    "slice_m": (["--slice", "0.01"], 0.01),
-    "slice_contour": (["--slice-contour", "concave"], "concave"),
-    "alpha_m": (["--alpha", "0.2"], 0.2),
     "factor": (["--factor", "1.1"], 1.1),
     "density_kg_m3": (["--density-kg-m3", "721"], 721.0),
     "density_u_kg_m3": (["--density-u", "20"], 20.0),
@@ -136,9 +131,11 @@ def test_json_keeps_its_contract(heap: Path) -> None:
     }
     assert {name: type(value) for name, value in report.items()} == kinds
     assert report["schema"] == "divespot.report/1"
-    assert set(report["settings"]) == set(FIELDS)
-    for name in ("radius_m", "cell_m", "margin_m", "toe_m"):
+    assert set(report["settings"]) == {*FIELDS, "stages"}
+    assert set(report["settings"]["stages"]) == set(STAGES)
+    for name in ("radius_m", "cell_m", "margin_m"):
         assert report["settings"][name] > 0, "derived lengths are told"
+    assert report["settings"]["stages"]["toe_m"] > 0
     source = ("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs")
     assert tuple(report["source"]) == source
     assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
@@ -167,13 +164,18 @@ def test_json_alone_is_on_stdout_of_a_real_process(heap: Path) -> None:
 
 
 def test_every_setting_is_tried() -> None:
-    assert set(OTHER_VALUES) == set(FIELDS)
-    assert all(value != FIELDS[name].default for name, (_, value) in OTHER_VALUES.items())
+    assert set(OTHER_VALUES) == {*FIELDS, *STAGES}
+    paper = Settings.paper()
+    default = {**vars(paper.stages), **vars(Settings())}
+    assert all(value != default[name] for name, (_, value) in OTHER_VALUES.items())
 
 
-@pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.parametrize("name", [*FIELDS, *STAGES])
 def test_option_is_the_setting(name: str, heap: Path) -> None:
     options, value = OTHER_VALUES[name]
+    changes: Any = {name: value}
+    settings = Settings().changed(**changes) if name in FIELDS else Settings.paper(**changes)
+    options = options if name in FIELDS else [*options, "--preset", "paper"]
     if name == "cluster_backend":
         pytest.importorskip("hdbscan")
     path = heap.with_suffix(FORMATS.get(name, heap.suffix))
@@ -181,17 +183,45 @@ def test_option_is_the_setting(name: str, heap: Path) -> None:
         points = np.load(heap)
         dio.write(path, points[np.isfinite(points).all(axis=1)])
     result = run("measure", path, "--json", "-", *options)
-    expected = divespot.measure(path, **{name: value})
+    expected = divespot.measure(path, settings)
     assert result.exit_code == 0
     assert without_times(json.loads(result.stdout)) == without_times(json.loads(expected.to_json()))
 
 
 def test_help_tells_of_every_setting() -> None:
     text = " ".join(run("measure", "--help").stdout.split())
-    for name, item in FIELDS.items():
+    for name, item in (FIELDS | STAGES).items():
         assert f"--{name.replace('_', '-')}" in text
         # Long words may be broken at a hyphen by the line's end.
         assert item.metadata["help"].replace(" ", "")[:20] in text.replace(" ", "")
+
+
+def test_help_is_in_groups_outputs_first() -> None:
+    text = run("measure", "--help").stdout
+    titles = ["Outputs", *GROUPS]
+    assert re.findall(r"^(\S.*):$", text, re.MULTILINE) == titles
+    assert text.index("--json") < text.index("--picture") < text.index("--unit")
+    assert sum(len(names) for names in GROUPS.values()) == len(FIELDS) + len(STAGES) + 1
+
+
+def test_help_lists_what_unit_and_up_take() -> None:
+    text = re.sub(r"\s+", "", run("measure", "--help").stdout)
+    assert "--unit[auto|m|dm|cm|mm|km|in|ft|us-ft|yd]" in text
+    assert "--upauto|x|y|z|-x|-y|-z|A,B,C" in text
+
+
+def test_an_option_of_the_paper_needs_its_preset(heap: Path) -> None:
+    result = run("measure", heap, "--window", "3")
+    assert result.exit_code == 2
+    assert "--window is of the paper's method: it needs --preset paper" in result.stderr
+
+
+def test_an_option_that_is_gone_says_where_it_went(heap: Path) -> None:
+    for option in ("--method", "--alpha", "--slice-m"):
+        result = run("measure", heap, option, "hull")
+        assert result.exit_code == 2
+        assert "divespot.volume.volumes_m3 takes it" in result.stderr
+    assert "No such option" in run("measure", heap, "--methods", "hull").stderr
 
 
 def test_paper_preset(heap: Path) -> None:
@@ -310,6 +340,11 @@ def test_bad_file_in_a_real_process(tmp_path: Path) -> None:
         ["measure", "x.ply", "--crop", "1,2,3"],
         ["measure", "x.ply", "--crop", "a"],
         ["measure", "x.ply", "--base", "sea"],
+        ["measure", "x.ply", "--up", "sideways"],
+        ["measure", "x.ply", "--up", "0,0,0"],
+        ["measure", "x.ply", "--unit", "furlong"],
+        ["measure", "x.ply", "--columns", "1,2"],
+        ["measure", "x.ply", "--method", "hull"],
         ["measure", "x.ply", "--base", "height=low"],
         ["measure", "x.ply", "--material", "gold"],
         ["measure", "x.ply", "--preset", "mine"],

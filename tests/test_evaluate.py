@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -34,6 +33,8 @@ from divespot.io import write
 from divespot.simulate import NAMES, Box, SimulatedScan, scan
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from click.testing import Result
 
     from divespot.report import Report
@@ -264,28 +265,24 @@ def test_scenes_drawn_at_random_are_scanned_more_often() -> None:
 def test_a_vessel_is_measured_with_its_floor_and_outline() -> None:
     one = scan("vessel-truck", seed=1, density=0.02)
     assert one.scene.vessel is not None
-    with given_with(one) as given:
-        (ring,) = json.loads(Path(given["outline"]).read_text())["coordinates"]
-        assert set(given) == {"outline", "base", "up"}
-    assert not Path(given["outline"]).exists()
+    given: Any = given_with(one)
+    (ring,) = given["outline"]["coordinates"]
+    assert set(given) == {"outline", "base", "up"}
     corners_m = one.in_scene(np.array(ring))
     np.testing.assert_allclose(corners_m[:-1, :2], one.scene.vessel.outline_m, atol=1e-9)
     assert float(given["base"].removeprefix("height=")) == pytest.approx(ring[0][2])
     found = evaluate(["vessel-truck"], seeds=1, density=0.02)
     assert all(abs(one.piles[0].error) < 0.2 for one in found.whole)
-    with given_with(scan("shape-01", density=0.01)) as nothing:
-        assert nothing == {}
+    assert given_with(scan("shape-01", density=0.01)) == {}
 
 
-def test_a_failure_names_no_folder_that_is_another_next_time(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_failure_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_: object, settings: Settings) -> None:
-        raise DivespotError(f"{settings.outline}: cannot be read")
+        raise DivespotError(f"{settings.outline is not None}: no outline is needed")
 
     monkeypatch.setattr("divespot.evaluate.simulated.measure", refuse)
     found = evaluate(["vessel-bin"], seeds=1, density=0.005, paper=True)
-    assert {one.failure for one in found.whole} == {"outline.geojson: cannot be read"}
+    assert {one.failure for one in found.whole} == {"True: no outline is needed"}
     assert found.paper == ()
 
 

@@ -281,7 +281,7 @@ def test_unit_size_in_geokeys() -> None:
 def test_las_wkt_and_a_unit_we_do_not_know(tmp_path: Path) -> None:
     assert read_bytes(tmp_path, "a.las", las(FINITE, wkt=PROJCS)).unit == "ft"
     clarke = PROJCS.replace("0.3048]", "0.3047972654]")
-    with pytest.raises(DivespotError, match="give one of m, dm"):
+    with pytest.raises(DivespotError, match="one of m, dm"):
         read_bytes(tmp_path, "b.las", las(FINITE, wkt=clarke))
 
 

@@ -132,7 +132,7 @@ np.save(NPY_OBJECT, np.array([{"a": 1}, None]), allow_pickle=True)
         ("a.ply", ply_text("1 2\n3 4\n", "float x", "float y"), "no z among its vertex properties"),
         ("a.ply", ply_text("1 2 3\n"), "promises 2 points but the file holds 1 rows"),
         ("a.ply", ply_text("1 2 3\n4 5\n"), "line 9 has 2 fields where line 8 has 3"),
-        ("a.ply", ply_text("1 2 3\n4 x 6\n"), "line 9 is '4 x 6': field 2 must be a number"),
+        ("a.ply", ply_text("1 2 3\n4 x 6\n"), "line 9 is '4 x 6': a number in field 2 is needed"),
         ("a.ply", ply_text("1 2 3 4\n4 5 6 7\n"), "line 8 has 4 values"),
         ("a.ply", ply_text("1 1\n", "float x", "float y", "float z", "list int int q"), "list p"),
         ("a.ply", ply_text("", "complex x"), "PLY header line 4"),
@@ -145,10 +145,10 @@ np.save(NPY_OBJECT, np.array([{"a": 1}, None]), allow_pickle=True)
         ("a.ply", VALID["faces.ply"].split(b"end_header\n")[0] + b"end_header\n\3", "truncated"),
         # PCD
         ("a.pcd", PCD_3 + b"1 2 3\n", "promises 2 points but the file holds 1 rows"),
-        ("a.pcd", PCD_3 + b"1 2 3\n1 2 z\n", "line 10 is '1 2 z': field 3 must be a number"),
+        ("a.pcd", PCD_3 + b"1 2 3\n1 2 z\n", "line 10 is '1 2 z': a number in field 3 is needed"),
         ("a.pcd", PCD_3.replace(b"x y z", b"x y i") + b"1 2 3\n4 5 6\n", "no z among its PCD"),
         ("a.pcd", PCD_3.replace(b"POINTS 2", b"POINTS 3"), "POINTS 3 but WIDTH x HEIGHT 2"),
-        ("a.pcd", PCD_3.replace(b"ascii", b"morse"), "'morse': need one of ascii"),
+        ("a.pcd", PCD_3.replace(b"ascii", b"morse"), "'morse': one of ascii"),
         ("a.pcd", PCD_3.replace(b"TYPE F F F", b"TYPE F F"), "of one length"),
         ("a.pcd", PCD_3.replace(b"TYPE F F F", b"TYPE F F Q"), "TYPE Q SIZE 4"),
         ("a.pcd", PCD_3.replace(b"DATA ascii\n", b""), "no DATA line"),
@@ -163,7 +163,7 @@ np.save(NPY_OBJECT, np.array([{"a": 1}, None]), allow_pickle=True)
         # Text
         ("a.xyz", b"1 2 3\n4 5\n", "line 2 has 2 fields where line 1 has 3"),
         ("a.xyz", b"# c\n\n1 2 3\n4 5 6 7\n", "line 4 has 4 fields where line 3 has 3"),
-        ("a.csv", b"x,y,z\n1,2,3\n4,,6\n", "line 3 is '4,,6': field 2 must be a number"),
+        ("a.csv", b"x,y,z\n1,2,3\n4,,6\n", "line 3 is '4,,6': a number in field 2 is needed"),
         ("a.csv", b"x,y,intensity\n1,2,3\n", "names some of x, y, z"),
         ("a.csv", b"x_mm,y_m,z_m\n1,2,3\n", "different units"),
         ("a.txt", b"hello\nthere is nothing here\n", "no line has three numbers"),
@@ -174,19 +174,19 @@ np.save(NPY_OBJECT, np.array([{"a": 1}, None]), allow_pickle=True)
         # NPY, NPZ
         ("a.npy", NPY_OBJECT.getvalue(), "pickled"),
         ("a.npy", npy(POINTS.astype(complex)), "complex128 values"),
-        ("a.npy", npy(POINTS.astype(str)), "need real numbers"),
+        ("a.npy", npy(POINTS.astype(str)), "real numbers are needed"),
         ("a.npy", npy(POINTS > 0), "bool values"),
-        ("a.npy", npy(POINTS[:, :2]), r"shape \(5, 2\): need"),
-        ("a.npy", npy(POINTS[:, 0]), r"shape \(5,\): need"),
+        ("a.npy", npy(POINTS[:, :2]), r"shape \(5, 2\): shape"),
+        ("a.npy", npy(POINTS[:, 0]), r"shape \(5,\): shape"),
         ("a.npy", npy(np.zeros((2, 2, 2, 3))), "need"),
         ("a.npy", npy(np.zeros(3, [("x", "f4"), ("y", "f4")])), "no z among its fields"),
         ("a.npy", VALID["cloud.npy"][:-1], "truncated or corrupt"),
         ("a.npz", VALID["cloud.npz"][:-1], "truncated or corrupt"),
-        ("a.npz", npz(a=POINTS, b=POINTS), "arrays a, b: need one array"),
+        ("a.npz", npz(a=POINTS, b=POINTS), "arrays a, b: one array"),
         ("a.npz", npz(x=POINTS[0], y=POINTS[0], z=POINTS[0, :1]), "differ in size"),
         # Names
-        ("a.ply", b"1 2 3\n", "no PLY file inside: need PLY"),
-        ("a.json", b"{}", "no known format: need PLY"),
+        ("a.ply", b"1 2 3\n", "no PLY file inside: one of PLY"),
+        ("a.json", b"{}", "no known format: one of PLY"),
         ("a.txt", bytes(range(256)), "no text file inside"),
         ("nothing", b"\x89HDF\r\n", "no known format"),
     ],
@@ -198,7 +198,7 @@ def test_what_is_wrong_is_said(tmp_path: Path, name: str, data: bytes, words: st
 def test_unknown_unit(tmp_path: Path) -> None:
     path = tmp_path / "a.npy"
     path.write_bytes(VALID["cloud.npy"])
-    with pytest.raises(DivespotError, match="unknown unit 'furlong': give one of auto, m, dm"):
+    with pytest.raises(DivespotError, match="unit is 'furlong': one of auto, m, dm"):
         dio.read(path, unit="furlong")
 
 
@@ -290,7 +290,7 @@ def test_garbage_after_a_good_beginning(
     [
         ("a.ply", np.zeros((3, 2)), r"float64 of shape \(3, 2\)"),
         ("a.ply", np.zeros((3, 3), complex), "complex128"),
-        ("a.stl", POINTS, "unknown extension, need one of .ply"),
+        ("a.stl", POINTS, "unknown extension: one of .ply"),
         ("none/a.npy", POINTS, "cannot be written"),
         ("a.las", POINTS, "cannot hold nan"),
         ("a.laz", np.array([[0, 0, 0], [1e6, 0, 0]]), "cannot span"),

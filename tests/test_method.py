@@ -9,7 +9,8 @@ from typing import get_args
 
 import pytest
 
-from divespot.report import COMMON, Budget, UpFrom
+from divespot.report import COMMON, Budget
+from divespot.up import UpFrom
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 METHOD = (DOCS / "method.md").read_text(encoding="utf-8")

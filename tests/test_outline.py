@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 
 import divespot
-from divespot import DivespotError, Report, Settings
+from divespot import DivespotError, Report
 from divespot.outline_file import read_regions
 from solids import SOLIDS, Floats, raster, sampled
 
 if TYPE_CHECKING:
     from pathlib import Path
+
 
 STEP_M = 2.0**-6
 UTM_M = np.array([482_310.0, 5_456_790.0, 312.0])
@@ -59,7 +60,25 @@ def written(folder: Path, content: object) -> str:
 
 def inside(folder: Path, points: Floats, content: object, **changes: object) -> Report:
     outline = written(folder, content)
-    return divespot.measure(points, Settings().changed(outline=outline, **changes))
+    return divespot.measure(points, {"outline": outline, **changes})
+
+
+def test_geojson_may_be_given_as_a_dict(tmp_path: Path) -> None:
+    by_dict = divespot.measure(cone(), outline=polygon(square(0.6)))
+    assert by_dict.piles == inside(tmp_path, cone(), polygon(square(0.6))).piles
+    again = divespot.measure(cone(), json.loads(by_dict.to_json())["settings"])
+    assert again.piles == by_dict.piles
+    assert by_dict.inputs == (None, None, None)
+    corners = tuple((np.float64(x), np.float32(y)) for x, y in np.array(square(0.5)))
+    of_tuples = {"type": "Polygon", "coordinates": (corners,)}
+    assert divespot.measure(cone(), outline=of_tuples).piles[0].footprint_m2 == pytest.approx(1.0)
+    with pytest.raises(DivespotError, match=r"^outline is {.*}: a path, or GeoJSON as a dict, is"):
+        divespot.measure(cone(), outline={"type": object()})
+    with pytest.raises(DivespotError, match=r"^outline: outline 1 is Point: Polygon or MultiPol"):
+        divespot.measure(cone(), outline={"type": "Point", "coordinates": [0, 0]})
+    far = polygon([[x + 99, y] for x, y in square(0.6)])
+    with pytest.raises(DivespotError, match=r"^outline: .* needed$"):
+        divespot.measure(cone(), outline=far)
 
 
 def volume_m3(report: Report) -> float:

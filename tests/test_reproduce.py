@@ -27,7 +27,7 @@ TINY = Plan(
     rounds=1,
     side_rounds=1,
     density=0.04,
-    side_density=0.04,
+    side_density=0.025,
     layers=(80, 100, 125),
     time_points=5000,
 )
@@ -106,8 +106,8 @@ def test_ablation(found: dict[str, Any]) -> None:
 
 def test_the_first_filter_takes_the_people_away() -> None:
     scan = Scan("shape-17", 0, 0, 0.25, "leaning, people")
-    changes = {"whole": {}, "without": FIRST}
-    variants = tuple(Variant(name, PAPER.changed(**change)) for name, change in changes.items())
+    changes: dict[str, Any] = {"whole": {}, "without": FIRST}
+    variants = tuple(Variant(name, PAPER.tuned(**change)) for name, change in changes.items())
     result = ScanRound(scan, variants).result()
     whole, without = (PileOutcome(**result[name]["pile"]).error for name in changes)
     assert abs(whole) < 0.02

@@ -219,7 +219,7 @@ def test_what_a_tripod_sees_lies_on_the_surface() -> None:
     one = scan(replace(scene, camera=quiet), seed=2)
     x, y, z = one.in_scene().T
     np.testing.assert_allclose(z, one.surface.z(x, y), rtol=0, atol=1e-4 * one.surface.node_m)
-    with pytest.raises(DivespotError, match="stations_m holds 2 places; 3 are needed"):
+    with pytest.raises(DivespotError, match="stations_m holds 2 places: 3 are needed"):
         Tripod(frames=3, stations_m=((0.0, 0.0), (1.0, 0.0)))
 
 

@@ -8,19 +8,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from numpy.typing import NDArray
 
 import divespot
 from divespot import DivespotError
-from divespot.cli import main
-from divespot.volume import METHODS, alpha_shape, bodies_of, hull, inner_voxels, slices, tin
+from divespot.volume import (
+    METHODS,
+    alpha_shape,
+    bodies_of,
+    hull,
+    inner_voxels,
+    slices,
+    tin,
+    volumes_m3,
+)
 from divespot.volume.body import inside
 from solids import SOLIDS, STEP_M, raster, sampled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
+
+    from divespot.volume.methods import Method
 
 Floats = NDArray[np.float64]
 
@@ -164,36 +172,29 @@ def test_inside_is_even_odd() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_scan_is_measured_by_a_method(method: str) -> None:
-    cone = sampled(SOLIDS["cone"], STEP_M)
-    grid, report = divespot.measure(cone), divespot.measure(cone, method=method)
-    (pile,) = report.piles
+def test_a_report_is_measured_by_a_method(method: Method) -> None:
+    report = divespot.measure(sampled(SOLIDS["cone"], STEP_M))
+    (volume_m3,) = volumes_m3(report, method)
     within = 0.05 if method == "slices" else 0.01
-    assert pile.volume_m3 == pytest.approx(SOLIDS["cone"].volume_m3, rel=within)
-    assert pile.volume_m3 != grid.piles[0].volume_m3
-    assert (pile.cut_m3, pile.fill_m3) == (pile.volume_m3, 0.0)
-    assert report.total.volume_m3 == pile.volume_m3
-    assert any(f"by the method {method}" in warning for warning in report.warnings)
-    (body,) = bodies_of(grid)
-    assert METHODS[method](body, report.settings) == pile.volume_m3
-    again: Any = divespot.measure(cone, report.settings)
-    assert again.piles == report.piles
+    assert volume_m3 == pytest.approx(SOLIDS["cone"].volume_m3, rel=within)
+    assert volume_m3 != report.piles[0].volume_m3
 
 
 def test_the_parameters_follow_from_the_scan() -> None:
-    cone = sampled(SOLIDS["cone"])
-    report = divespot.measure(cone)
-    found = report.settings
-    assert found.inner_voxel_m == found.cell_m
-    assert found.slice_m == 0.25 * (found.cell_m or 0)
-    assert found.alpha_m == report.piles[0].max_height_m
-    assert divespot.measure(cone, alpha_m=0.1).settings.alpha_m == 0.1
+    report = divespot.measure(sampled(SOLIDS["cone"]))
+    (body,) = bodies_of(report)
+    cell_m, highest_m = body.cell_m, report.piles[0].max_height_m
+    given: list[tuple[Method, dict[str, Any]]] = [
+        ("voxels", {"voxel_m": cell_m}),
+        ("slices", {"slice_m": 0.25 * cell_m, "contour": "convex"}),
+        ("alpha", {"alpha_m": highest_m}),
+    ]
+    for method, own in given:
+        assert volumes_m3(report, method) == volumes_m3(report, method, **own)
+    assert volumes_m3(report, "alpha", alpha_m=0.01) != volumes_m3(report, "alpha")
 
 
-def test_the_command_line_has_the_methods(tmp_path: Path) -> None:
-    path = tmp_path / "cone.npy"
-    np.save(path, sampled(SOLIDS["cone"]))
-    done = CliRunner().invoke(main, ["measure", str(path), "--method", "hull"])
-    assert done.exit_code == 0
-    assert "by the method hull" in done.stderr
-    assert CliRunner().invoke(main, ["measure", str(path), "--method", "mesh"]).exit_code == 2
+def test_an_unknown_method_is_refused() -> None:
+    report = divespot.measure(sampled(SOLIDS["cone"]))
+    with pytest.raises(DivespotError, match=r"method is 'mesh': one of voxels, .* is needed"):
+        volumes_m3(report, "mesh")  # type: ignore[arg-type]

@@ -1,10 +1,10 @@
 """The volume of each pile in a point cloud, with its uncertainty."""
 
 from divespot._native import __version__
-from divespot.bases import save_base
 from divespot.clustering import Clusters, hdbscan
 from divespot.errors import DivespotError
 from divespot.grid import HeightMap, Volume, height_map, integrate
+from divespot.intake import Source
 from divespot.kernels import (
     HeightHistogram,
     ground_height,
@@ -13,12 +13,13 @@ from divespot.kernels import (
     voxel_downsample,
 )
 from divespot.materials import MATERIALS, Material
-from divespot.outline_file import save_outlines
 from divespot.pipeline import measure
 from divespot.plane import Plane, fit_plane, rotation_to_z
-from divespot.report import Budget, Ground, Pile, Report, Source, Total
+from divespot.report import Budget, Ground, Pile, Report, Total
+from divespot.save import save_base, save_outlines
 from divespot.settings import Settings
 from divespot.spacing import Survey, point_spacing, survey
+from divespot.stages import Stages
 
 __all__ = [
     "MATERIALS",
@@ -34,6 +35,7 @@ __all__ = [
     "Report",
     "Settings",
     "Source",
+    "Stages",
     "Survey",
     "Total",
     "Volume",

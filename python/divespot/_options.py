@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
+import json
 import math
 import numbers
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from divespot._arguments import shown
 from divespot.base_name import NEEDED, PLAIN, BaseName
+from divespot.directions import UPWARD, parse_up
 from divespot.errors import DivespotError
+
+T = TypeVar("T")
 
 #: Turns what was given into a plain value; None where it cannot.
 Convert = Callable[[Any], Any]
@@ -31,7 +37,33 @@ def _option(default: Any, text: str, needed: str, convert: Convert, **more: Any)
             raise DivespotError(f"{name} is {shown(value)}: {needed} is needed")
         return converted
 
-    return field(default=default, metadata={"help": text, "plain": plain, **more})
+    metadata = {"help": text, "needed": needed, "plain": plain, **more}
+    return field(default=default, metadata=metadata)
+
+
+class Checked:
+    """A record whose fields say what they accept."""
+
+    def __post_init__(self) -> None:
+        """Check every value, and take plain Python numbers for those of NumPy."""
+        record: Any = self
+        for item in dataclasses.fields(record):
+            plain = item.metadata["plain"](item.name, getattr(self, item.name))
+            object.__setattr__(self, item.name, plain)
+
+
+def described(cls: type[T]) -> type[T]:
+    """Add what each field means, and what it takes, to a record's docstring."""
+    record: Any = cls
+    lines = [inspect.cleandoc(cls.__doc__ or ""), "", "Attributes", "----------"]
+    for item in dataclasses.fields(record):
+        default = repr(item.default).partition("(")[0]
+        takes = item.metadata["needed"].rstrip(",")
+        text = item.metadata["help"]
+        lines += [item.name, f"    {text[0].upper()}{text[1:]}.", f"    Takes {takes}."]
+        lines.append(f"    Default: {default}.")
+    cls.__doc__ = "\n".join(lines)
+    return cls
 
 
 def _real(value: Any) -> float | None:  # noqa: ANN401
@@ -78,11 +110,6 @@ def count(text: str, default: int, least: int, most: int = 2**32 - 1) -> Any:  #
         return int(value) if whole and least <= value <= most else None
 
     return _option(default, text, f"a whole number from {least} to {most}", convert, kind=int)
-
-
-def text(help_text: str, default: str) -> Any:  # noqa: ANN401
-    """Return a field for a text."""
-    return _option(default, help_text, "a text", _text, kind=str)
 
 
 def _text(value: Any) -> str | None:  # noqa: ANN401
@@ -137,9 +164,52 @@ def base(help_text: str) -> Any:  # noqa: ANN401
     )
 
 
-def path(help_text: str) -> Any:  # noqa: ANN401
-    """Return a field for the path of a file; None for none."""
-    return _option(None, help_text, "a path", _path, kind=str, metavar="FILE")
+def direction(help_text: str) -> Any:  # noqa: ANN401
+    """Return a field for a direction, by default whichever the scan shows."""
+    return _option(
+        "auto", help_text, UPWARD, _direction, kind=str, metavar="auto|x|y|z|-x|-y|-z|A,B,C"
+    )
+
+
+def _direction(value: Any) -> str | tuple[float, ...] | None:  # noqa: ANN401
+    if isinstance(value, str):
+        try:
+            parse_up(value)
+        except DivespotError:
+            return None
+        return value
+    found = _numbers(value, 3)
+    return found if found and any(found) else None
+
+
+def record(help_text: str, kind: type[Any]) -> Any:  # noqa: ANN401
+    """Return a field for a record of its own; a dict of its fields will do."""
+
+    def convert(value: Any) -> Any:  # noqa: ANN401
+        if not isinstance(value, Mapping):
+            return value if isinstance(value, kind) else None
+        known = [item.name for item in dataclasses.fields(kind)]
+        return kind(**value) if set(value) <= set(known) else None
+
+    needed = f"a divespot.{kind.__name__}, or a dict of some of its fields"
+    return _option(kind(), help_text, needed, convert, kind=kind)
+
+
+def outlines(help_text: str) -> Any:  # noqa: ANN401
+    """Return a field for the path of a file, or what it holds; None for none."""
+    needed = "a path, or GeoJSON as a dict,"
+    return _option(None, help_text, needed, _path_or_dict, kind=str, metavar="FILE")
+
+
+def _path_or_dict(value: Any) -> str | dict[str, Any] | None:  # noqa: ANN401
+    if not isinstance(value, Mapping):
+        return _path(value)
+    try:
+        # Tuples and NumPy's numbers, as libraries of geometry give them, become JSON's own.
+        plain: dict[str, Any] = json.loads(json.dumps({**value}, default=float))
+    except (TypeError, ValueError, RecursionError):
+        return None
+    return plain or None
 
 
 def _path(value: Any) -> str | None:  # noqa: ANN401
@@ -153,11 +223,15 @@ def box(help_text: str) -> Any:  # noqa: ANN401
 
 
 def _box(value: Any) -> tuple[float, ...] | None:  # noqa: ANN401
+    found = _numbers(value, 6)
+    return found if found and all(map(float.__le__, found[:3], found[3:])) else None
+
+
+def _numbers(value: Any, many: int) -> tuple[float, ...] | None:  # noqa: ANN401
+    """Return so many finite numbers; None where a value is anything else."""
     try:
-        corners = [_real(v) for v in value]
+        given = [_real(v) for v in value]
     except TypeError:
         return None
-    found = tuple(v for v in corners if v is not None)
-    if len(corners) != 6 or len(found) != 6:
-        return None
-    return found if all(map(float.__le__, found[:3], found[3:])) else None
+    found = tuple(v for v in given if v is not None)
+    return found if len(given) == len(found) == many else None

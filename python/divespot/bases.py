@@ -9,19 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot._arguments import require_kind
 from divespot.base_name import PLAIN, BaseName
+from divespot.directions import upward
 from divespot.errors import DivespotError
-from divespot.io import write
-from divespot.kernels import ground_height
-from divespot.output import refuse_inputs
-from divespot.report import Report
+from divespot.ground_level import peak_m
 from divespot.settings import given
-from divespot.up import STEEPEST_DEG, upward
+from divespot.up import STEEPEST_DEG
 
 if TYPE_CHECKING:
-    import os
-
     from numpy.typing import NDArray
 
     from divespot.earlier import Seen
@@ -30,11 +25,9 @@ if TYPE_CHECKING:
     from divespot.ground_level import GroundLevel
     from divespot.settings import Settings
 
-#: A given surface that was not seen below more than this share of what stands on it is told of.
+#: A warning is given where a given surface shows nothing below more than this share of what was
+#: measured.
 UNSEEN_SHARE = 0.01
-
-#: Endings of files that keep every digit of a base.
-SAVED = (".ply", ".npy", ".xyz")
 
 
 @dataclass(frozen=True)
@@ -154,17 +147,6 @@ def find_bases(
     return Bases(ground, chosen, {**{name: make(name) for name in PLAIN}, settings.base: chosen})
 
 
-def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
-    """Return the height of the histogram's peak, or of the middle of its peaks (``midpeak``)."""
-    return ground_height(
-        grid.heights_m[~np.isnan(grid.heights_m)],
-        bin_m=given(settings.bin_m),
-        window=settings.window,
-        rule="midpoint" if kind == "midpeak" else "lower",
-        lower_fraction=settings.lower_fraction,
-    )
-
-
 def whole_base(
     grid: HeightMap,
     bases: Bases,
@@ -190,30 +172,3 @@ def unknown(whole_m: NDArray[np.float64], below_m: NDArray[np.float64]) -> list[
         return []
     what = f"the base shows nothing below {share.mean():.0%} of what was measured"
     return [f"{what}: it was interpolated there"]
-
-
-def save_base(report: Report, path: str | os.PathLike[str]) -> None:
-    """Write the base in force, for ``base="surface=..."`` of later scans.
-
-    Parameters
-    ----------
-    report
-        What `divespot.measure` returned.
-    path
-        ``.ply``, ``.npy`` or ``.xyz``: a point in the middle of each cell, in the scan's own
-        frame and unit.
-
-    Raises
-    ------
-    DivespotError
-        Another ending, or the file cannot be written.
-
-    """
-    require_kind("report", report, Report)
-    if not str(path).lower().endswith(SAVED):
-        raise DivespotError(f"{path}: a base is saved as one of {', '.join(SAVED)}")
-    refuse_inputs(path, "the base", report.inputs)
-    level = report.level
-    x, y = level.height_map.centers_m()
-    places = np.stack([x, y, level.base_m], axis=-1)
-    write(path, level.frame.to_scan(places[~np.isnan(level.base_m)]))

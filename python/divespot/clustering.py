@@ -108,6 +108,16 @@ def hdbscan(  # noqa: PLR0913 - the keywords of the package of that name
     Campello, Moulavi, Sander: Density-based clustering based on hierarchical density
     estimates. PAKDD 2013.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import divespot
+    >>> row = np.column_stack([np.arange(10) * 0.01, np.zeros(10), np.zeros(10)])
+    >>> points = np.concatenate([row, row + [0, 1, 0], [[9, 9, 9]]])  # two rows and a stray
+    >>> divespot.hdbscan(points, min_cluster_size=5, min_samples=3)
+    array([ 0,  0,  0,  0,  0,  0,  0,  0,  0,  0,  1,  1,  1,  1,  1,  1,  1,
+            1,  1,  1, -1])
+
     """
     labels, probabilities, mst_weights_m = _native.hdbscan(
         as_floats("points", points),

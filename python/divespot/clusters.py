@@ -23,17 +23,17 @@ def find_clusters(
     What hangs together with gaps below `link_m` is one cluster, also where it is the only one:
     a scene with a single object is the normal case.
     """
-    if len(points) < settings.min_cluster_size:
+    if len(points) < settings.stages.min_cluster_size:
         return np.full(len(points), -1, dtype=np.int32)
-    cluster = _package if settings.cluster_backend == "hdbscan" else _own
+    cluster = _package if settings.stages.cluster_backend == "hdbscan" else _own
     return cluster(points, link_m or 0.0, settings).astype(np.int32)
 
 
 def _own(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
     return hdbscan(
         points,
-        min_cluster_size=settings.min_cluster_size,
-        min_samples=settings.min_samples,
+        min_cluster_size=settings.stages.min_cluster_size,
+        min_samples=settings.stages.min_samples,
         cluster_selection_epsilon=link_m,
         allow_single_cluster=True,
         threads=settings.threads,
@@ -43,8 +43,8 @@ def _own(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDAr
 def _package(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
     """Cluster with the `hdbscan` package; clusters numbered by size."""
     model = extra("hdbscan", "hdbscan", "cluster_backend is 'hdbscan'").HDBSCAN(
-        min_cluster_size=settings.min_cluster_size,
-        min_samples=settings.min_samples,
+        min_cluster_size=settings.stages.min_cluster_size,
+        min_samples=settings.stages.min_samples,
         cluster_selection_epsilon=link_m,
         allow_single_cluster=True,
         approx_min_span_tree=False,

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.surface import Surface
 
-#: With less of the edge of what was seen on the ground, it does not surround what stands on it.
+#: The ground surrounds what stands on it where at least this share of the edge of the seen area is
+#: ground.
 AROUND = 0.5
 
 

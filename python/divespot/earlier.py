@@ -18,24 +18,26 @@ from divespot.io import UNITS, read
 from divespot.plane import rotation_to_z
 from divespot.pose import Pose, find_pose
 from divespot.settings import Settings, given
-from divespot.spacing import Survey, take_survey
+from divespot.stages import Stages
 from divespot.strays import drop_strays
 from divespot.surface import Surface, find_surface
+from divespot.thinning import take_survey
 from divespot.up import SMALL_TILT_DEG
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.intake import Cloud
+    from divespot.spacing import Survey
 
 
-#: Planes of two scans that differ by more are a floor and a wall.
+#: Where the planes of two scans differ by more than this, one is a floor and the other a wall.
 WALL_DEG = 45.0
 
-#: With more of its points on one plane, an earlier scan shows an empty floor and nothing else.
+#: An earlier scan with more than this share of its points on one plane shows an empty floor alone.
 BARE_SHARE = 0.9
 
-#: With points farther apart than so many cells, most cells between them are empty.
+#: With points farther apart than so many cells, most cells hold none: the map is of triangles.
 APART = 1.1
 
 
@@ -84,9 +86,16 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
 
 
 def _own(settings: Settings) -> Settings:
-    """Return the settings that say nothing of the scan's own lengths."""
-    kept = ("up", "max_tilt_deg", "level", "hypotheses", "min_neighbors", "seed", "threads")
-    return Settings().changed(**{name: getattr(settings, name) for name in kept})
+    """Return settings for the earlier scan: without the lengths that followed from this one."""
+    inner = settings.stages
+    return Settings(
+        up=settings.up,
+        max_tilt_deg=settings.max_tilt_deg,
+        level=settings.level,
+        seed=settings.seed,
+        threads=settings.threads,
+        stages=Stages(hypotheses=inner.hypotheses, min_neighbors=inner.min_neighbors),
+    )
 
 
 def common_pose(
@@ -110,7 +119,7 @@ def common_pose(
     bare = other.plane.inliers > BARE_SHARE * len(earlier.points)
     if bare and np.dot(pose.plane.normal, other.plane.normal) < 0.0:
         other = _turned_over(other)
-    near = np.abs(other.plane.heights_m(points)) <= given(settings.plane_threshold_m)
+    near = np.abs(other.plane.heights_m(points)) <= given(settings.stages.plane_threshold_m)
     plane = dataclasses.replace(other.plane, inliers=int(near.sum()))
     return dataclasses.replace(other, plane=plane, warnings=pose.warnings)
 
@@ -150,7 +159,7 @@ def map_earlier(
         raise DivespotError(f"base surface={earlier.path}: {error}") from None
     low, high = surface.points[:, :2].min(axis=0), surface.points[:, :2].max(axis=0)
     shared = ((level[:, :2] >= low) & (level[:, :2] <= high)).all(axis=1)
-    # Among the scan's points, none of which counts, so that the grid is the scan's.
+    # The scan's points are passed along, masked out, so that both scans get the same grid.
     among = np.concatenate([surface.points, level[shared]])
     is_on = np.concatenate([np.zeros(len(surface.points), np.bool_), walked.is_on[shared]])
     coarse = earlier.scan.spacing_m > APART * grid.cell_m

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-#: No terminal line and no log wants more of a sentence.
+#: Most characters of a message: no terminal line and no log wants more.
 LONGEST = 500
 
 _BREAKS = re.compile(r"\s*[\n\r\t\v\f]\s*")

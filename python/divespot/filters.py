@@ -31,12 +31,13 @@ def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np
     radius_m = given(settings.radius_m)
     if radius_m == 0.0:
         return points
-    mask = radius_outlier_mask(points, radius_m, settings.min_neighbors, threads=settings.threads)
+    fewest = settings.stages.min_neighbors
+    mask = radius_outlier_mask(points, radius_m, fewest, threads=settings.threads)
     kept = rows_of(points, mask)
     if not len(kept):
         raise DivespotError(
-            f"no point has {settings.min_neighbors} neighbours within radius_m = {radius_m:.3g}: "
-            "a larger radius or fewer neighbours are needed"
+            f"no point has {fewest} neighbours within radius_m = {radius_m:.3g}: "
+            "a larger radius_m is needed"
         )
     return kept
 
@@ -52,7 +53,7 @@ def scene_cluster(
         There is no cluster.
 
     """
-    if not settings.scene_cluster:
+    if not settings.stages.scene_cluster:
         return points
     labels = find_clusters(points, settings.radius_m, settings)
     kept = rows_of(points, labels == 0)
@@ -66,7 +67,7 @@ def scene_cluster(
 
 def voxels(points: NDArray[np.float64], settings: Settings) -> NDArray[np.float64]:
     """Replace the points of each voxel by their mean, for uniform sampling."""
-    voxel_m = given(settings.voxel_m)
+    voxel_m = given(settings.stages.voxel_m)
     if voxel_m == 0.0:
         return points
     return voxel_downsample(points, voxel_m, threads=settings.threads)

@@ -75,6 +75,16 @@ def height_map(
         No points, `points` of wrong shape or type, a cell that is not above 0 or so small that
         the grid has more than 2**26 cells.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import divespot
+    >>> x, y = np.meshgrid(np.arange(4) * 0.5, np.arange(3) * 0.5)
+    >>> points = np.column_stack([x.ravel(), y.ravel(), 2 * x.ravel()])
+    >>> divespot.height_map(points, cell_m=1.0).heights_m
+    array([[0.5, 2.5],
+           [0.5, 2.5]])
+
     """
     kept = None if mask is None else flags("mask", mask)
     cell = number("cell_m", cell_m)
@@ -112,6 +122,13 @@ def integrate(heights_m: ArrayLike, cell_m: float, *, base_m: ArrayLike = 0.0) -
     ------
     DivespotError
         A base that does not fit the heights, or a cell that is not above 0.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> volume = divespot.integrate([2.0, 1.0, -1.0], cell_m=0.5)
+    >>> volume.cut_m3, volume.fill_m3, volume.volume_m3
+    (0.75, 0.25, 0.5)
 
     """
     heights, base = as_floats("heights_m", heights_m), as_floats("base_m", base_m)

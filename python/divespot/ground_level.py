@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from divespot import _native
-from divespot.bases import peak_m
 from divespot.errors import DivespotError
+from divespot.kernels import ground_height
+from divespot.lengths import by_noise
 from divespot.settings import given, needs_ground
 from divespot.surface import NO_GROUND
 
@@ -64,13 +65,13 @@ def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[Grou
 
     """
     height = peak_m(grid, settings.base, settings)
-    if settings.ground_form == "level":
-        ground = _level(grid, height, 2.0 * given(settings.plane_threshold_m))
+    if settings.stages.ground_form == "level":
+        ground = _level(grid, height, 2.0 * given(settings.stages.plane_threshold_m))
     else:
         ground = _surface_level(grid, height, scan, settings)
         if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
             raise DivespotError(NO_GROUND)
-    return ground, settings.grounded(ground.noise_m)
+    return ground, by_noise(settings, ground.noise_m)
 
 
 def _surface_level(
@@ -124,3 +125,14 @@ def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
     near = below[below < near_m]
     noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
     return GroundLevel(height_m, noise, np.full(grid.heights_m.shape, height_m))
+
+
+def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
+    """Return the height of the histogram's peak, or of the middle of its peaks (``midpeak``)."""
+    return ground_height(
+        grid.heights_m[~np.isnan(grid.heights_m)],
+        bin_m=given(settings.stages.bin_m),
+        window=settings.stages.window,
+        rule="midpoint" if kind == "midpeak" else "lower",
+        lower_fraction=settings.stages.lower_fraction,
+    )

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from divespot.grid import HeightMap
     from divespot.settings import Settings
 
-#: What is called so upside down is no hole either.
+#: Reasons for which a hill of the surface turned upside down is no hole either.
 NONE = ("not clear of the ground", "thin")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -13,21 +13,70 @@ from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
-from divespot.report import Source
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from divespot.report import Position
+    from divespot.directions import Position
     from divespot.settings import Settings
 
+#: Fewest points of a scan.
 FEWEST = 10
-#: Smaller than this is no scan in metres.
+#: Smallest extent of a scan, in metres.
 SMALLEST_M = 1e-6
-#: A pile of a third of the scan is to have more than a handful of steps.
+#: Fewest steps of rounded coordinates across a scan: a pile a third as wide then spans seven.
 FEWEST_STEPS = 20
+
+
+class LegacyCloud(Protocol):
+    """What holds points as Open3D's legacy clouds do."""
+
+    @property
+    def points(self) -> Any:  # noqa: ANN401 - whatever NumPy makes an array of
+        """Its points."""
+
+
+class TensorCloud(Protocol):
+    """What holds points as Open3D's tensor clouds do: as ``point.positions``."""
+
+    @property
+    def point(self) -> Any:  # noqa: ANN401 - a map of tensors
+        """What each of its points has."""
+
+
+#: A path, points, or what holds points.
+Scannable: TypeAlias = "str | os.PathLike[str] | ArrayLike | LegacyCloud | TensorCloud"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the points came from and how many were of no use.
+
+    Attributes
+    ----------
+    path
+        The file; null for an array.
+    points
+        Points that were read, those of no use included.
+    dropped_nonfinite
+        Points with a coordinate that is not finite.
+    dropped_zero
+        Points at (0, 0, 0): pixels without a depth.
+    unit
+        Unit of the file's numbers; the report's positions are in it.
+    crs
+        Coordinate reference system, as far as the file names it.
+
+    """
+
+    path: str | None
+    points: int
+    dropped_nonfinite: int
+    dropped_zero: int
+    unit: str
+    crs: str | None
 
 
 @dataclass(frozen=True)
@@ -49,7 +98,7 @@ class Cloud:
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def load(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Cloud:
+def load(source: Scannable, settings: Settings) -> Cloud:
     """Read a scan; drop and count points that are not finite and points at (0, 0, 0).
 
     Depth cameras mark a pixel without a depth with either.
@@ -95,7 +144,7 @@ def _refuse_coarse(scan: Scan, points: NDArray[np.float64]) -> None:
             )
 
 
-def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Scan:
+def _scan(source: Scannable, settings: Settings) -> Scan:
     if isinstance(source, str | os.PathLike):
         return read(
             source,
@@ -104,7 +153,7 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
             classes=settings.classes,
             returns=settings.returns,
         )
-    array = as_floats("points", source)
+    array = as_floats("points", _positions(source))
     if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":
         raise DivespotError(
             f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) or (h, w, 3) "
@@ -113,8 +162,6 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
     raster = array.shape[:2] if array.ndim == 3 and min(array.shape[:2]) > 1 else None
     array = array.reshape(-1, 3)
     unit = "m" if settings.unit == "auto" else settings.unit
-    if unit not in UNITS:
-        raise DivespotError(f"unit is {unit!r}: one of {', '.join(UNITS)} is needed")
     seen = judged(array, unit, stated=settings.unit != "auto")
     points = seen.xyz if UNITS[unit] == 1.0 else seen.xyz * np.float64(UNITS[unit])
     x, y, z = (seen.quantum * UNITS[unit]).tolist()
@@ -126,6 +173,16 @@ def _scan(source: str | os.PathLike[str] | ArrayLike, settings: Settings) -> Sca
         raster=raster,
         quantum_m=(x, y, z),
     )
+
+
+def _positions(source: Any) -> ArrayLike:  # noqa: ANN401 - whatever holds points
+    """Return the points of what holds them as Open3D does, else what was given."""
+    if isinstance(source, np.ndarray):
+        return source
+    tensor = getattr(getattr(source, "point", None), "positions", None)
+    if tensor is not None:
+        return np.asarray(tensor.cpu().numpy())
+    return np.asarray(source.points) if hasattr(source, "points") else source
 
 
 def crop(cloud: Cloud, settings: Settings) -> Cloud:

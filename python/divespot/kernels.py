@@ -19,7 +19,7 @@ from divespot._arguments import as_floats, number, switch, thread_number, whole,
 def radius_outlier_mask(
     points: ArrayLike, radius_m: float, min_neighbors: int, *, threads: int = 0
 ) -> NDArray[np.bool_]:
-    """Tell which points have company: the radius filter of the paper's Algorithm 1.
+    """Tell which points have enough neighbours: the radius filter of the paper's Algorithm 1.
 
     Parameters
     ----------
@@ -42,6 +42,13 @@ def radius_outlier_mask(
     ------
     DivespotError
         `points` have the wrong shape or type, or a setting is out of range.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> points = [[0, 0, 0], [0.01, 0, 0], [0, 0.01, 0], [1, 1, 1]]
+    >>> divespot.radius_outlier_mask(points, radius_m=0.05, min_neighbors=2)
+    array([ True,  True,  True, False])
 
     """
     return _native.radius_outlier_mask(
@@ -89,6 +96,14 @@ def voxel_downsample(
     DivespotError
         `points` have the wrong shape or type, a setting is out of range, or the extent of the
         points divided by `voxel_m` is beyond the precision of a float.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> points = [[0, 0, 0], [0.25, 0, 0], [5, 0, 0]]
+    >>> divespot.voxel_downsample(points, voxel_m=1.0, return_counts=True)
+    (array([[0.125, 0.   , 0.   ],
+           [5.   , 0.   , 0.   ]]), array([2, 1], dtype=uint32))
 
     """
     means, counts = _native.voxel_downsample(
@@ -140,6 +155,12 @@ def height_histogram(heights_m: ArrayLike, *, bin_m: float, window: int = 5) -> 
         `heights_m` have the wrong shape or type or nothing finite, a setting is out of range, or
         there would be more than 2**24 bins.
 
+    Examples
+    --------
+    >>> import divespot
+    >>> divespot.height_histogram([0.0, 0.0, 0.0, 1.0], bin_m=1.0, window=1).counts
+    array([3, 1], dtype=uint32)
+
     """
     return HeightHistogram(
         *_native.height_histogram(
@@ -181,6 +202,14 @@ def ground_height(
     ------
     DivespotError
         As `height_histogram`; `rule` or `lower_fraction` is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import divespot
+    >>> heights_m = np.concatenate([np.full(100, 0.25), np.linspace(0.3, 0.4, 10)])
+    >>> divespot.ground_height(heights_m, bin_m=0.01)
+    0.25
 
     """
     return _native.ground_height(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-#: Below this, a volume is told in litres.
+#: Smaller volumes are told in litres.
 SMALLEST_IN_M3 = 0.01
 LITRES_PER_M3 = 1000.0
 

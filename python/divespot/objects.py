@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
@@ -13,9 +12,7 @@ from divespot import _native
 from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
 from divespot.kernels import radius_outlier_mask
-from divespot.mass import mass_kg
-from divespot.pose import FLAT_SHARE
-from divespot.report import COVERAGE, Budget, Outline, Pile
+from divespot.outline_file import name_of
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -24,14 +21,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.bases import Bases
-    from divespot.frame import Frame
     from divespot.grid import HeightMap
     from divespot.ground_level import GroundLevel
     from divespot.outline_file import Region
-    from divespot.pose import Pose
-    from divespot.report import Position
-    from divespot.rounding import Rounding
     from divespot.settings import Settings
+    from divespot.stages import Stages
     from divespot.surface import Surface
 
     Measuring: TypeAlias = tuple[
@@ -44,13 +38,10 @@ if TYPE_CHECKING:
         int,
     ]
 
-#: With a base as uncertain as this share of the volume, it does not suit the ground around.
-OFF_SHARE = 0.05
-
-#: A summit and its eight neighbours: fewer points have no shape that a pile could be told by.
+#: Fewest points of an object: a summit and its eight neighbours. Fewer show no shape.
 FEWEST_POINTS = 9
 
-#: With more of what stands above the ground in no object, something may have been missed.
+#: A warning is given where more than this share of the cells above the ground is in no object.
 LOOSE_SHARE = 0.25
 
 
@@ -75,15 +66,15 @@ def find_objects(
     cells = np.column_stack([x.ravel()[above], y.ravel()[above], heights[above]])
     kept = _in_company(cells, settings)
     labels = np.full(len(heights), -1, dtype=np.int32)
-    if not settings.fine_cluster:
+    if not settings.stages.fine_cluster:
         labels[above[kept]] = 0
         return labels
-    labels[above[kept]] = find_clusters(cells[kept], settings.link_m, settings)
-    gap = max(_steps(grid, settings.link_m) - 1, 0)
-    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, settings.min_cluster_size)
+    labels[above[kept]] = find_clusters(cells[kept], settings.stages.link_m, settings)
+    gap, fewest = _things(grid, settings.stages)
+    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, fewest)
     labels = _of_points(labels, grid)
     _warn_of_dropped(labels, above, settings, warn)
-    if settings.select == "largest":
+    if settings.stages.select == "largest":
         labels[labels > 0] = -1
     return labels
 
@@ -97,15 +88,21 @@ def _of_points(labels: NDArray[np.int32], grid: HeightMap) -> NDArray[np.int32]:
 
 def _in_company(cells: NDArray[np.float64], settings: Settings) -> NDArray[np.bool_]:
     """Return which cells the second radius filter keeps."""
-    radius_m = given(settings.fine_radius_m)
+    radius_m = given(settings.stages.fine_radius_m)
     if radius_m == 0.0:
         return np.ones(len(cells), dtype=np.bool_)
-    return radius_outlier_mask(cells, radius_m, settings.min_neighbors, threads=settings.threads)
+    fewest = settings.stages.min_neighbors
+    return radius_outlier_mask(cells, radius_m, fewest, threads=settings.threads)
 
 
 def _steps(grid: HeightMap, length_m: float | None) -> int:
     """Return the cells that a length reaches across, at most the whole grid."""
     return math.ceil(min(given(length_m) / grid.cell_m, float(max(grid.heights_m.shape))))
+
+
+def _things(grid: HeightMap, stages: Stages) -> tuple[int, int]:
+    """Return the gap in cells within which cells are of one thing, and the fewest of a thing."""
+    return max(_steps(grid, stages.link_m) - 1, 0), stages.min_cluster_size
 
 
 def _warn_of_dropped(
@@ -115,15 +112,15 @@ def _warn_of_dropped(
     warn: Callable[[str], None],
 ) -> None:
     """Say what part of that which stands above the ground is measured nowhere."""
-    dropped = labels[above] != 0 if settings.select == "largest" else labels[above] < 0
+    dropped = labels[above] != 0 if settings.stages.select == "largest" else labels[above] < 0
     share = dropped.mean() if len(above) else 0.0
-    if settings.select == "largest" and share > 0.0:
+    if settings.stages.select == "largest" and share > 0.0:
         count = labels.max() + 1
         warn(f"the largest of {count} objects was measured: {share:.0%} of the cells were dropped")
     elif share > LOOSE_SHARE:
         warn(
             f"{share:.0%} of the cells above the ground belong to no object of "
-            f"{settings.min_cluster_size} cells or more"
+            f"{settings.stages.min_cluster_size} cells or more"
         )
 
 
@@ -186,6 +183,7 @@ def measure_regions(
     settings: Settings,
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
+    outline = name_of(settings.outline or "outline")
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
     hills = bases.ground.hills
     labels = np.full(grid.heights_m.size, -1, dtype=np.int32) if hills is None else hills
@@ -203,131 +201,14 @@ def measure_regions(
             measuring(grid, bases, settings),
         )
     except DivespotError as error:
-        raise DivespotError(f"{settings.outline}: {error}") from None
+        raise DivespotError(f"{outline}: {error}") from None
     return Measured(*found, tuple(bases.compared), tuple(region.name for region in regions))
 
 
 def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
     """Return how objects are measured, as the kernels take it."""
-    ground, toe_cells = bases.ground, _steps(grid, settings.toe_m)
+    ground, toe_cells = bases.ground, _steps(grid, settings.stages.toe_m)
     level = (ground.height_m, ground.noise_m, ground.noise_m)
-    things = (max(_steps(grid, settings.link_m) - 1, 0), settings.min_cluster_size)
-    lengths = toe_cells, settings.ring_share, given(settings.margin_m)
+    lengths = toe_cells, settings.stages.ring_share, given(settings.margin_m)
+    things = _things(grid, settings.stages)
     return *lengths, level, things, bases.raw(), settings.threads
-
-
-def describe(
-    measured: Measured, frame: Frame, rounding: Rounding, settings: Settings
-) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
-    """Return piles and other objects, each largest first, placed in the scan's own frame."""
-    found = _largest_first(measured.objects)
-    described = [_pile(item, measured, frame, rounding, settings) for item in found]
-    piles = [item for item in described if item.reason is None]
-    others = [item for item in described if item.reason is not None]
-    return _numbered(piles), _numbered(others)
-
-
-def outlines(measured: Measured) -> tuple[Outline, ...]:
-    """Return the outlines in the level frame, in the order of `describe`."""
-    found = _largest_first(measured.objects)
-    return tuple(Outline(tuple(o.outline_m), o.reason) for o in found)
-
-
-def _largest_first(objects: list[_native.RawObject]) -> list[_native.RawObject]:
-    return sorted(objects, key=lambda o: o.fill_m3 - o.cut_m3)
-
-
-def _numbered(items: list[Pile]) -> tuple[Pile, ...]:
-    return tuple(dataclasses.replace(item, id=i) for i, item in enumerate(items, start=1))
-
-
-def _pile(
-    raw: _native.RawObject,
-    measured: Measured,
-    frame: Frame,
-    rounding: Rounding,
-    settings: Settings,
-) -> Pile:
-    def place(position: Position) -> Position:
-        x, y, z = frame.to_scan(np.array(position)).tolist()
-        return x, y, z
-
-    factor = settings.factor
-    terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
-    own = {term: factor * getattr(raw, term) for term in terms}
-    budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
-    volume = factor * (raw.cut_m3 - raw.fill_m3)
-    mass, u_mass = mass_kg(volume, budget.combined_m3(), settings)
-    return Pile(
-        id=0,
-        volume_m3=volume,
-        u95_m3=COVERAGE * budget.combined_m3(),
-        cut_m3=factor * raw.cut_m3,
-        fill_m3=factor * raw.fill_m3,
-        footprint_m2=raw.footprint_m2,
-        max_height_m=raw.max_height_m,
-        centroid_m=place(raw.centroid_m),
-        outline_m=tuple(place(corner) for corner in raw.outline_m),
-        seen_fraction=raw.seen_fraction,
-        touches_edge=raw.touches_edge,
-        leans_on_wall=raw.leans_on_wall,
-        mass_kg=mass,
-        u95_mass_kg=None if u_mass is None else COVERAGE * u_mass,
-        base=raw.base if settings.base == "local" else settings.base.partition("=")[0],
-        budget=budget,
-        volume_by_base_m3=_by_base(raw, measured, factor),
-        name=measured.names[raw.label] if measured.names else None,
-        reason=raw.reason,
-    )
-
-
-def _by_base(raw: _native.RawObject, measured: Measured, factor: float) -> dict[str, float] | None:
-    if not raw.compared_m3:
-        return None
-    volumes = (factor * volume for volume in raw.compared_m3)
-    return dict(zip(measured.compared, volumes, strict=True))
-
-
-def doubts(
-    piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int, settings: Settings
-) -> list[str]:
-    """Return what a user should know before trusting the numbers."""
-    found = []
-    if not piles:
-        nothing = (
-            f"nothing of {settings.min_cluster_size} cells or more stands higher than "
-            f"margin_m = {settings.margin_m:.2g} above the ground"
-        )
-        what = f"{len(others)} other objects were found" if others else nothing
-        found.append(f"no pile was found: {what}")
-    share = pose.plane.inliers / points
-    if share < FLAT_SHARE and not settings.base.startswith("surface="):
-        found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
-    found += [
-        f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "
-        "its volume is an estimate and not in the total"
-        for item in others
-        if item.reason == "too little seen"
-    ]
-    for pile in piles:
-        found += _doubts_of(pile, settings)
-    if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
-        found.append("the density was taken as exact: density_u_kg_m3 is its standard uncertainty")
-    return found
-
-
-def _doubts_of(pile: Pile, settings: Settings) -> list[str]:
-    found = []
-    if pile.touches_edge:
-        found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
-    if pile.base == "ground":
-        found.append(f"pile {pile.id} has no ground of its own around it")
-    # A height need not be the ground's.
-    own = settings.base == "local" or pile.base == "height"
-    if not own and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
-        off_m = pile.budget.base_m3 / pile.footprint_m2
-        found.append(
-            f"the ground around pile {pile.id} lies about {off_m:.2g} m off the base "
-            f"{settings.base}: was another one meant?"
-        )
-    return found

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Places a side at which two outlines are looked for together, and the share of the smaller one
-#: that both may cover: neighbours are drawn with some slack.
+#: Two outlines are compared at so many places along each side of the box that both reach into. The
+#: share of the smaller one that both may cover: outlines of neighbours are drawn with some slack.
 LATTICE, SLACK = 40, 0.01
 
-#: Beyond this, a scan's coordinates are no degrees.
+#: Coordinates beyond this are not degrees.
 FAR = 1000.0
 
 

@@ -4,31 +4,31 @@ from __future__ import annotations
 
 import json
 import math
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from divespot import _native
-from divespot._arguments import require_kind
 from divespot.errors import DivespotError, shortened
 from divespot.io.files import bytes_of
 from divespot.outline_checks import first_overlap, refuse_degrees
-from divespot.output import refuse_inputs, write_text
-from divespot.report import Report
 
 if TYPE_CHECKING:
-    import os
-
     from numpy.typing import NDArray
 
     from divespot.frame import Frame
 
-#: No file of outlines is larger.
+#: The path of a GeoJSON file, or what it holds.
+Outlines: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
+
+#: Largest file of outlines that is read.
 LARGEST_BYTES = 256 << 20
 
-#: With the ground's normal farther than this from the scan's z axis, x and y are no plan.
+#: Largest angle between the ground's normal and the scan's z at which x and y are a plan of it.
 PLAN_DEG = 45.0
 
 
@@ -50,8 +50,8 @@ class Region:
     rings: tuple[NDArray[np.float64], ...]
 
 
-def read_regions(path: str, frame: Frame) -> list[Region]:
-    """Read Polygons and MultiPolygons, one region a feature.
+def read_regions(outline: Outlines, frame: Frame) -> list[Region]:
+    """Read Polygons and MultiPolygons, one region a feature, from a file or GeoJSON as a dict.
 
     x and y are those of the scan, in its unit. A third coordinate counts only where the scan's x
     and y are no plan of its ground; then it is needed.
@@ -63,9 +63,10 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
         crosses itself or has no area.
 
     """
+    path = name_of(outline)
     try:
-        features = _features(json.loads(bytes_of(Path(path), LARGEST_BYTES)))
-        regions = [_region(number, *feature, frame) for number, feature in enumerate(features, 1)]
+        parsed = outline if isinstance(outline, Mapping) else _parsed(Path(outline))
+        regions = [_region(i, *feature, frame) for i, feature in enumerate(_features(parsed), 1)]
         _refuse_overlap(regions)
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
@@ -74,6 +75,15 @@ def read_regions(path: str, frame: Frame) -> list[Region]:
     except (ValueError, RecursionError) as error:
         raise DivespotError(f"{path}: is no JSON ({error})") from None
     return regions
+
+
+def name_of(outline: Outlines) -> str:
+    """Return what errors call an outline: its path, if it has one."""
+    return "outline" if isinstance(outline, Mapping) else os.fspath(outline)
+
+
+def _parsed(path: Path) -> Any:  # noqa: ANN401 - any JSON value
+    return json.loads(bytes_of(path, LARGEST_BYTES))
 
 
 def _refuse_overlap(regions: list[Region]) -> None:
@@ -85,7 +95,7 @@ def _refuse_overlap(regions: list[Region]) -> None:
 
 def _features(parsed: Any) -> list[tuple[str | None, Any]]:  # noqa: ANN401 - any JSON value
     """Return name and geometry of everything in the file."""
-    kind = parsed.get("type") if isinstance(parsed, dict) else None
+    kind = parsed.get("type") if isinstance(parsed, Mapping) else None
     if kind == "Feature":
         return [_named(parsed)]
     if kind != "FeatureCollection":
@@ -190,37 +200,3 @@ def _refuse_crossing(ring: NDArray[np.float64], corners: NDArray[np.float64]) ->
     if crossing is not None:
         place = ", ".join(f"{v:.10g}" for v in corners[crossing])
         raise DivespotError(f"crosses itself after ({place}): a simple line is needed")
-
-
-def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
-    """Write the piles' outlines as GeoJSON, in the scan's own frame and unit.
-
-    Later scans may be measured inside of them: ``outline=path``.
-
-    Raises
-    ------
-    DivespotError
-        The file cannot be written.
-
-    """
-    require_kind("report", report, Report)
-    features = [
-        {
-            "type": "Feature",
-            "properties": {
-                "name": pile.name,
-                "pile": pile.id,
-                "volume_m3": pile.volume_m3,
-                "u95_m3": pile.u95_m3,
-            },
-            "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
-        }
-        for pile in report.piles
-    ]
-    refuse_inputs(path, "the outlines", report.inputs)
-    collection = {"type": "FeatureCollection", "generator": "divespot", "features": features}
-    write_text(path, json.dumps(collection, indent=1) + "\n")
-
-
-def _closed(line: tuple[tuple[float, ...], ...]) -> list[list[float]]:
-    return [list(corner) for corner in (*line, *line[:1])]

@@ -124,7 +124,9 @@ def refuse_inputs(
     """Raise DivespotError where the file to be written is one that is read."""
     for source in inputs:
         if source is not None and _same(path, source):
-            raise DivespotError(f"{path}: {what} would overwrite what is read: give another name")
+            raise DivespotError(
+                f"{path}: {what} would overwrite what is read: another name is needed"
+            )
 
 
 def _same(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
@@ -132,6 +134,6 @@ def _same(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
         return Path(one).samefile(other)
     except (OSError, ValueError):
         pass
-    with suppress(ValueError):  # what is no path is none that is read
+    with suppress(ValueError):  # what is no path is no input either
         return os.path.realpath(one) == os.path.realpath(other)
     return False

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from divespot._arguments import require_kind
 from divespot.bases import find_bases, unknown, whole_base
+from divespot.describe import describe, doubts, ground_in_scan, outlines
 from divespot.differences import is_held_against, measure_differences
 from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.filters import radius_filter, scene_cluster, voxels
@@ -13,38 +15,36 @@ from divespot.frame import Frame
 from divespot.ground_level import find_ground
 from divespot.holes import with_holes
 from divespot.intake import crop, load
+from divespot.level import Level
 from divespot.objects import (
-    describe,
-    doubts,
     find_objects,
     measure_objects,
     measure_regions,
-    outlines,
 )
 from divespot.outline_file import read_regions
-from divespot.pose import ground_in_scan
 from divespot.progress import Progress
-from divespot.report import Level, Report, Total
+from divespot.report import Report, Total
 from divespot.rounding import Rounding
 from divespot.settings import Settings
-from divespot.spacing import even_out, take_survey
 from divespot.strays import drop_strays
 from divespot.surface import find_surface, map_heights
-from divespot.volume.methods import by_method
+from divespot.thinning import even_out, take_survey
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable
 
-    from numpy.typing import ArrayLike
+    from typing_extensions import Unpack
+
+    from divespot._typed import Changes
+    from divespot.intake import Scannable
 
 
 def measure(
-    source: str | os.PathLike[str] | ArrayLike,
-    settings: Settings | None = None,
+    source: Scannable,
+    settings: Settings | Mapping[str, Any] | None = None,
     *,
     on_stage: Callable[[str], None] | None = None,
-    **changes: Any,  # noqa: ANN401 - as many types as settings
+    **changes: Unpack[Changes],
 ) -> Report:
     """Measure every pile in a scan.
 
@@ -52,14 +52,16 @@ def measure(
     ----------
     source
         The path of a scan (PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY, NPZ), or points of shape
-        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres. Points that are not
-        finite or all zero are dropped and counted.
+        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres; or an Open3D point
+        cloud. Points that are not finite or all zero are dropped and counted.
     settings
-        What to do; by default `Settings()`, where every length follows from the scan.
+        What to do, as `Settings` or as a dict of some of them, such as those of a report; by
+        default `Settings()`, where every length follows from the scan.
     on_stage
         Called with the name of each stage as it begins.
     **changes
-        Single settings by name, instead of `settings`.
+        Single settings by name; they take the place of those in `settings`. `Settings` has the
+        list.
 
     Returns
     -------
@@ -73,8 +75,24 @@ def measure(
         The scan cannot be read, too few points are left, no plane goes through them, or a
         setting is unknown or out of range.
 
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> scan = simulate.scan("shape-05", density=0.03)  # 0.028 m3 under a depth camera
+    >>> report = divespot.measure(scan.points)
+    >>> [f"{pile.volume_m3:.3f} m3" for pile in report.piles]
+    ['0.028 m3']
+    >>> divespot.measure(scan.points, material="corn", up="z").total.mass_kg > 15
+    True
+    >>> divespot.measure(scan.points, radus_m=0.1)
+    Traceback (most recent call last):
+    divespot.errors.DivespotError: unknown setting 'radus_m': one of unit, columns, ... is needed
+
     """
-    if settings is not None:
+    if isinstance(settings, Mapping):
+        settings = Settings().changed(**settings)
+    elif settings is not None:
         require_kind("settings", settings, Settings)
     s = (settings or Settings()).changed(**changes)
     run = Progress(on_stage)
@@ -104,7 +122,6 @@ def measure(
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
         measured = run("holes", with_holes, measured, grid, bases, s)
-    measured, s = run("method", by_method, grid, measured, s, run.warn)
     piles, others = describe(measured, frame, Rounding.of(cloud, pose, scan), s)
     base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(

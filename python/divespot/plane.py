@@ -80,6 +80,15 @@ def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC
     DivespotError
         Fewer than three points, all on one line, no admissible plane, or a setting out of range.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import divespot
+    >>> x, y = np.random.default_rng(0).uniform(0, 1, (2, 1000))
+    >>> plane = divespot.fit_plane(np.column_stack([x, y, 0.5 + 0 * x]), threshold_m=0.01)
+    >>> plane.inliers, round(plane.offset_m, 9), np.round(plane.normal, 9).tolist()
+    (1000, 0.5, [0.0, 0.0, 1.0])
+
     """
     return Plane(
         *_native.fit_plane(
@@ -128,6 +137,13 @@ def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]:
     ------
     DivespotError
         `normal` is not three finite numbers that are not all 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import divespot
+    >>> (divespot.rotation_to_z([3, 0, 0]) @ [1, 0, 0]).round(9).tolist()
+    [0.0, 0.0, 1.0]
 
     """
     axis = cone(normal, 0.0)

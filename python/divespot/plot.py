@@ -76,6 +76,13 @@ def save_picture(
     DivespotError
         matplotlib is not installed, or the file cannot be written.
 
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import plot, simulate
+    >>> report = divespot.measure(simulate.scan("shape-05", density=0.03).points)
+    >>> plot.save_picture(report, "piles.png")
+
     """
     require_kind("report", report, Report)
     refuse_inputs(path, "the picture", report.inputs)
@@ -154,7 +161,7 @@ def _draw_histogram(axes: Axes, report: Report) -> None:
     """Draw the area at each height, the ground and the margin above which objects begin."""
     heights = _above_ground_m(report)
     top, settings = _top_m(report), report.settings
-    edges = np.arange(-0.15 * top, 1.15 * top, max(given(settings.bin_m), top / 200.0))
+    edges = np.arange(-0.15 * top, 1.15 * top, max(given(settings.stages.bin_m), top / 200.0))
     cells, _ = np.histogram(heights[~np.isnan(heights)], edges)
     area_m2 = cells * report.level.height_map.cell_m**2
     axes.stairs(area_m2, edges, orientation="horizontal", fill=True, color=AREA)

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.directions import Z, angle_deg, upward
 from divespot.errors import DivespotError
 from divespot.plane import Plane
-from divespot.report import Ground
 from divespot.settings import given, needs_ground
-from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up, Z, angle_deg, upward
+from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from divespot.ground_level import GroundLevel
+    from divespot.directions import Position
     from divespot.intake import Cloud
-    from divespot.report import Position, UpFrom
     from divespot.settings import Settings
     from divespot.spacing import Survey
+    from divespot.up import UpFrom
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,8 @@ def find_pose(
     is z, and nothing is turned: a pit or a terrace would tilt a plane. Elsewhere the ground's own
     plane is laid level; of several the one that has (nearly) nothing below it and on which
     something slopes as bulk material does; see the core's ``ground`` module. The paper takes the
-    largest, which may be a wall. Inside an outline above a given height, or where only slopes
-    were seen of what stands above it, level is what is upright to the direction that the height is
-    along.
+    largest, which may be a wall. With ``base="height=H"`` inside an outline, or where only slopes
+    were seen, up is exactly the direction along which that height is measured.
 
     Raises
     ------
@@ -73,7 +72,7 @@ def find_pose(
 
     """
     evidence = Evidence.of(survey, cloud, settings)
-    threshold_m = given(settings.plane_threshold_m)
+    threshold_m = given(settings.stages.plane_threshold_m)
     if not settings.level:
         return _as_it_is(points, evidence.asked or Z, threshold_m)
     parts, found_from, doubted = _native.find_ground(
@@ -81,7 +80,7 @@ def find_pose(
         survey.at_m,
         survey.normals,
         threshold_m,
-        settings.hypotheses,
+        settings.stages.hypotheses,
         evidence.cone(settings.max_tilt_deg),
         evidence.sensor_m,
         evidence.z,
@@ -103,7 +102,7 @@ def find_pose(
     return Pose(plane, rotation, tilt_deg, up.source, up.conflicts(threshold_m))
 
 
-#: With less of the points on the ground's plane, the ground is no plane.
+#: With a smaller share of the points on the ground's plane, the ground may be uneven.
 FLAT_SHARE = 0.2
 
 
@@ -112,8 +111,8 @@ def _upright(
 ) -> Plane:
     """Return the plane across up through the middle of a plane's points, where up is exact.
 
-    So it is in a projected system; and the sides of a prism are as high as the base is deep: they
-    must run along the base's normal.
+    Up is exact in a projected system. It must be, too, where a volume is a prism between an
+    outline and a given height: the prism's sides run along the direction of that height.
     """
     asked = evidence.asked
     steep = asked is not None and LEVEL_DEG < angle_deg(plane.normal, asked) <= STEEPEST_DEG
@@ -122,7 +121,7 @@ def _upright(
     if not (is_exact or prisms):
         return plane
     x, y, z = Z if is_exact else upward(plane.normal, settings.up).tolist()
-    near = np.abs(plane.heights_m(points)) <= given(settings.plane_threshold_m)
+    near = np.abs(plane.heights_m(points)) <= given(settings.stages.plane_threshold_m)
     offset_m = float(np.median(points[near] @ (x, y, z)))
     return dataclasses.replace(plane, normal=(x, y, z), offset_m=offset_m)
 
@@ -137,11 +136,3 @@ def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> 
     x, y, z = rotation[2].tolist()
     plane = Plane((x, y, z), offset, len(near), math.sqrt(float((near * near).mean())))
     return Pose(plane, rotation, 0.0, "given")
-
-
-def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
-    """Describe the ground in the scan's own frame, in metres."""
-    normal = pose.plane.normal
-    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
-    share = pose.plane.inliers / points
-    return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)

@@ -6,8 +6,9 @@ import dataclasses
 import json
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
+from divespot import _native
 from divespot._arguments import whole
 from divespot.base_name import BaseName
 from divespot.mass import mass_kg
@@ -15,42 +16,22 @@ from divespot.mass import mass_kg
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from divespot.frame import Frame
-    from divespot.grid import HeightMap
+    from divespot.directions import Position
+    from divespot.intake import Source
+    from divespot.level import Level
     from divespot.settings import Settings
+    from divespot.up import UpFrom
 
 SCHEMA = "divespot.report/1"
 
-#: Half-width, in standard deviations, of an expanded uncertainty of 95 %.
+#: Coverage factor: an expanded uncertainty of 95 % is so many standard uncertainties (GUM 6.3.3).
 COVERAGE = 2.0
 
 #: Terms of the budget that all piles of a scan have in common.
 COMMON = ("registration_m3", "base_m3", "scale_m3", "rounding_m3")
 
-#: Blanks before a line of JSON.
+#: Most blanks by which JSON is indented.
 MOST_INDENT = 100
-
-Position = tuple[float, float, float]
-
-UpFrom = Literal["given", "sensor", "coordinate system", "small tilt", "nothing below"]
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where the points came from and how many were of no use.
-
-    `unit` is the unit of the file's numbers; the report's positions are in it.
-    """
-
-    path: str | None
-    points: int
-    dropped_nonfinite: int
-    dropped_zero: int
-    unit: str
-    crs: str | None
 
 
 @dataclass(frozen=True)
@@ -94,14 +75,51 @@ class Budget:
 
 @dataclass(frozen=True)
 class Pile:
-    """One object on the ground.
+    """One object on the ground. Positions are in the scan's own frame and unit.
 
-    `volume_m3` is `cut_m3` (above the base) less `fill_m3` (below it). `u95_m3` is the expanded
-    uncertainty, twice the standard uncertainty that `budget` adds up to. `base` names what the
-    base rests on. A pile that `touches_edge` runs out of the scan; the walls of one that
-    `leans_on_wall` are not part of it. `volume_by_base_m3` are the volumes above the bases that
-    were compared, None where none were. `name` is that of the outline, where one was given.
-    `reason` says why the object is no pile; None for a pile.
+    Attributes
+    ----------
+    id
+        Number in the report, from 1, the largest first.
+    volume_m3
+        `cut_m3` less `fill_m3`: negative for a hole.
+    u95_m3
+        Expanded uncertainty of the volume: the truth is to lie within it in 95 of 100 cases.
+        Twice the standard uncertainty that `budget` adds up to.
+    cut_m3
+        Volume above the base.
+    fill_m3
+        Volume missing below the base, as a positive number.
+    footprint_m2
+        Area that the object covers, in plan.
+    max_height_m
+        Height of its highest cell above the base.
+    centroid_m
+        Centre of its volume.
+    outline_m
+        Corners of its outline at the base, counter-clockwise from above, the first not repeated.
+    seen_fraction
+        Share of its footprint's cells that the scan saw; the others were filled.
+    touches_edge
+        Whether it runs out of the scan: what lies beyond is not counted.
+    leans_on_wall
+        Whether walls hold it back, which are no part of it.
+    mass_kg
+        Volume times bulk density; null without a density.
+    u95_mass_kg
+        Expanded uncertainty of the mass, that of the density in it.
+    base
+        What the base rests on: the ring of ground around the pile (``ring``), the scene's ground
+        where that says nothing (``ground``), or the base that was asked for.
+    budget
+        What the uncertainty consists of.
+    volume_by_base_m3
+        Volumes above the bases that were compared; null where none were.
+    name
+        Name of the outline, where one was given.
+    reason
+        Why the object is no pile; other objects alone have it.
+
     """
 
     id: int
@@ -127,7 +145,20 @@ class Pile:
 
 @dataclass(frozen=True)
 class Total:
-    """All piles together; what their errors have in common adds up linearly."""
+    """All piles together; what their errors have in common adds up linearly.
+
+    Attributes
+    ----------
+    volume_m3
+        Sum of the piles' volumes.
+    u95_m3
+        Expanded uncertainty of that sum.
+    mass_kg
+        Volume times bulk density; null without a density.
+    u95_mass_kg
+        Expanded uncertainty of the mass.
+
+    """
 
     volume_m3: float
     u95_m3: float
@@ -149,12 +180,24 @@ class Total:
 class Ground:
     """The plane of the ground, ``normal @ p == offset_m`` in metres in the scan's frame.
 
-    The normal is up. `up_from` says why: given, sensor (which cannot see a floor from below),
-    coordinate system (a projected one, where z is up and the plane is level), small tilt (a floor
-    lies all but level in the scan's own frame), nothing below (the scan lies on this side).
-    `tilt_deg` is the angle between z, or the given up, and the normal of the plane that fits the
-    ground. `roughness_m` is the standard deviation of the ground's cells about it,
-    `inlier_fraction` the share of the points within the plane's threshold.
+    Attributes
+    ----------
+    normal
+        Unit vector across the plane; it points up.
+    offset_m
+        Distance of the plane from the scan's origin along the normal.
+    tilt_deg
+        Angle between z, or the given up, and the normal of the plane that fits the ground.
+    roughness_m
+        Standard deviation of the ground's cells about the ground's surface.
+    inlier_fraction
+        Share of the points within the threshold of the plane.
+    up_from
+        What said which way is up: ``given``; ``sensor``, which cannot see a floor from below;
+        ``coordinate system``, a projected one, where z is up and nothing is turned; ``small
+        tilt``, a floor that lies all but level in the scan's own frame; ``nothing below``, the
+        side of the ground on which the scan lies.
+
     """
 
     normal: Position
@@ -166,31 +209,31 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Outline:
-    """The outline of an object in the level frame, and why it is no pile; None for a pile."""
-
-    corners_m: tuple[Position, ...]
-    reason: str | None
-
-
-@dataclass(frozen=True)
-class Level:
-    """The levelled scene, for pictures: height map, ground, outlines in the report's order.
-
-    `base_m` is the base in force below each cell, NaN where it is not known; `frame` is the way
-    from here to the scan.
-    """
-
-    height_map: HeightMap
-    ground_m: float
-    outlines: tuple[Outline, ...]
-    base_m: NDArray[np.float64]
-    frame: Frame
-
-
-@dataclass(frozen=True)
 class Report:
-    """The result of `divespot.measure`."""
+    """The result of `divespot.measure`.
+
+    Attributes
+    ----------
+    source
+        Where the points came from.
+    piles
+        The piles, largest first.
+    other_objects
+        What stands, hangs or was dug out and is no pile, largest first, each with its reason.
+    total
+        All piles together.
+    ground
+        The plane of the ground.
+    settings
+        The settings in force, with the lengths that followed from the scan.
+    timings_s
+        Seconds that each stage took, in the order of the stages.
+    warnings
+        What a user should know before trusting the numbers, a sentence each.
+    level
+        The levelled scene, for pictures; not in the JSON.
+
+    """
 
     source: Source
     piles: tuple[Pile, ...]
@@ -207,7 +250,8 @@ class Report:
         """Paths of all that was read: no output may take their place."""
         base = BaseName.parse(self.settings.base)
         earlier = base.path if base is not None and base.path else None
-        return self.source.path, self.settings.outline, earlier
+        outline = self.settings.outline
+        return self.source.path, outline if isinstance(outline, str) else None, earlier
 
     @property
     def seed(self) -> int:
@@ -216,12 +260,10 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as the JSON contract has it."""
-        from divespot import __version__  # noqa: PLC0415 - the package imports this module
-
         piles = [_without_reason(pile) for pile in self.piles]
         return {
             "schema": SCHEMA,
-            "divespot": __version__,
+            "divespot": _native.__version__,
             "source": dataclasses.asdict(self.source),
             "piles": piles,
             "other_objects": [dataclasses.asdict(item) for item in self.other_objects],

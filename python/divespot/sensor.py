@@ -12,35 +12,35 @@ from divespot import _native
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from divespot.directions import Position
     from divespot.io import Scan
-    from divespot.report import Position
     from divespot.settings import Settings
 
-#: A scan lies as rays from a place where its spacings are at most this part as uneven in
-#: direction as in space and in plan. Frames of depth cameras have 0.0 to 0.4, of lidars 0.4 to
-#: 0.7; clouds that were fused or flown have 1.0 and more, or see through things.
+#: Points lie as rays from a place if their spacings, as directions seen from there, are at most
+#: this part as uneven as in space and in plan. Frames of depth cameras have 0.0 to 0.4, of lidars
+#: 0.4 to 0.7; clouds that were fused or flown have 1.0 and more, or see through things.
 MOST_UNEVEN = 0.8
 
-#: Where a file states a place or a raster, it must not speak against it.
+#: The same where the file states the sensor's place or a raster: the points must not contradict it.
 MOST_UNEVEN_STATED = 1.0
 
-#: Points of a raster that are looked at: every so many rows and columns, which keeps it a raster.
+#: Most points of a raster that are looked at, from every so many rows and columns.
 LOOKED_AT = 10_000
 
+#: Divisor in place of 0.
 SMALLEST = 1e-300
 ORIGIN = (0.0, 0.0, 0.0)
 
-#: Farther than this from the origin, and than so many times the scan's size, lie coordinates of a
-#: projected system: those of grids begin hundreds of kilometres off, those of sensors where they
-#: stand.
+#: Coordinates farther than this from the origin, and than so many times the scan's size, are those
+#: of a projected system: its grid begins hundreds of kilometres off, a sensor is at its own origin.
 PROJECTED_M = 1e4
 PROJECTED_SIZES = 20.0
 
-#: No ground is higher; in coordinates about the Earth's centre, z is no height.
+#: Higher than any ground: beyond it, coordinates are about the Earth's centre and z is no height.
 HIGHEST_M = 9e3
 
-#: Cameras and hanging lidars see no more than this from the middle of their view, which lies along
-#: an axis of theirs as nearly as the scene fills it; and no farther.
+#: Half angle of the widest view of a camera or a hanging lidar, how far the middle of what it sees
+#: may lie from one of its axes, and how far it sees.
 VIEW_DEG = 70.0
 MIDDLE_DEG = 20.0
 FARTHEST_M = 100.0

@@ -1,163 +1,144 @@
-"""What can be set, what it means, and how what is not set follows from the scan."""
+"""What can be set, what it means, and what it may be."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from divespot._arguments import MOST_THREADS
-from divespot._options import base, box, choice, count, flag, length, listed, path, positive, text
+from divespot._options import (
+    Checked,
+    base,
+    box,
+    choice,
+    count,
+    described,
+    direction,
+    flag,
+    length,
+    listed,
+    outlines,
+    positive,
+    record,
+)
 from divespot.errors import DivespotError
+from divespot.io.units import UNITS
 from divespot.materials import MATERIALS
+from divespot.stages import Stages
 
 if TYPE_CHECKING:
-    from divespot.spacing import Survey
+    import os
+    from collections.abc import Mapping
 
-#: No bulk material lies flatter than this; a toe is no wider than the margin's height makes it.
-FLATTEST_REPOSE_DEG = 15.0
+    from typing_extensions import Unpack
 
-#: A pile that takes up this share of the scene is to have so many points at least, fewer where all
-#: cells hold equally many: over the means of fifty cells of about four points, gaps, its toe and a
-#: wall beside it still weigh. With fewer points in all than gives it these, the surface is
-#: triangulated, which takes several times as long.
-PILE_SHARE, PILE_POINTS, REGULAR_POINTS = 0.01, 200, 60
-
-#: A point this many standard deviations from a plane does not support it.
-SIGMAS = 4.0
-
-#: Edge of the cells on which the triangles between few points are drawn, in point spacings.
-FINE = 1.0 / 3.0
+    from divespot._typed import Changes, PaperChanges
 
 
+@described
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class Settings(Checked):
     """The settings of `divespot.measure`; the command line has an option for each.
 
-    What is None follows from the cloud's own point spacing. `Settings()` is the measuring
+    What is None follows from the scan's own point spacing. `Settings()` is the measuring
     instrument; `Settings.paper()` is the paper's method to the letter.
     """
 
-    unit: str = text("unit of the file's coordinates; auto: as the file says, else m", "auto")
+    unit: str = choice(
+        "unit of the scan's coordinates; auto: what the file states, else m", "auto", *UNITS
+    )
     columns: str | None = listed(
-        "where x, y, z stand in a text table: numbers from 1 or names, as 3,2,4",
+        "columns of a text table that hold x, y and z: numbers from 1, or names, as 3,2,4",
         *("three numbers or names, as 3,2,4,", r"[^,]+,[^,]+,[^,]+"),
     )
     classes: str | None = listed(
-        "classes of a LAS file to keep, as 2,6; without: all but noise",
+        "point classes of a LAS file to keep, as 2,6; none: all but noise",
         *("numbers from 0 to 255, as 2,6,", r" *\d{1,3} *(, *\d{1,3} *)*"),
     )
     returns: Literal["all", "first", "last"] = choice(
         "returns of a LAS file to keep", "all", "first", "last"
     )
     crop: tuple[float, ...] | None = box(
-        "keep this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
+        "keep the points in this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
     )
-    up: str = text("where up is, roughly: auto, x, y, z, -x, -y, -z or a,b,c", "auto")
+    up: str | tuple[float, float, float] = direction(
+        "which way is up, roughly, in the scan's frame; auto: as the scan shows"
+    )
     max_tilt_deg: float = positive(
-        "largest angle between a given up and the ground's normal", 45.0, most=90.0
+        "largest angle between the given up and the normal of the ground's plane, in degrees",
+        *(45.0, 90.0),
     )
-    radius_m: float | None = length("radius of the filter of stray points; 0: no filter")
-    min_neighbors: int = count("neighbours that a point needs within the radius", 5, 0)
-    scene_cluster: bool = flag("keep only the largest cluster of the whole scene (paper)")
-    voxel_m: float | None = length(
-        "edge of the voxels for uniform sampling; 0: none", 0.0, derivable=True
+    radius_m: float | None = length(
+        "radius within which a point needs neighbours, in metres, or it is dropped as a stray; "
+        "0: no filter"
     )
-    level: bool = flag("turn the ground level; off: z is up, as it is in the scan", default=True)
-    plane_threshold_m: float | None = positive("distance within which points support a plane")
-    hypotheses: int = count("planes through three random points that are tried at most", 1000, 1)
-    cell_m: float | None = positive("edge of a cell of the ground grid")
+    level: bool = flag(
+        "turn the scan so that the ground's plane is level; off: z is up, as in the scan",
+        default=True,
+    )
+    cell_m: float | None = positive("edge of a cell of the height map, in metres")
     surface: Literal["auto", "cells", "triangles"] = choice(
-        "what the grid's heights are means of: the points in each cell, or the triangles between "
-        "them; auto: triangles where points are few or cells narrower than their spacing",
+        "what a cell's height is the mean of: the points in it, or the triangles between points; "
+        "auto: triangles where points are few or farther apart than cells are wide",
         "auto",
         "cells",
         "triangles",
     )
-    bin_m: float | None = positive("height of a bin of the height histogram")
-    window: int = count("bins of the histogram's moving average, an odd number", 5, 1)
-    lower_fraction: float = positive(
-        "part of the height range in which the ground lies", 0.5, most=1.0
+    margin_m: float | None = positive(
+        "height above the ground from which something counts as an object, in metres"
     )
-    ground_form: Literal["surface", "level"] = choice(
-        "what objects stand out of: the ground as a gentle surface, or the histogram's peak",
-        "surface",
-        "level",
-    )
-    margin_m: float | None = positive("height above the ground from which it is an object")
-    fine_cluster: bool = flag(
-        "cluster what stands above the ground; off: it is one, but where valleys part it",
-        default=True,
-    )
-    fine_radius_m: float | None = length("radius of the filter above ground; 0: no filter")
-    cluster_backend: Literal["divespot", "hdbscan"] = choice(
-        "what does the clustering", "divespot", "hdbscan"
-    )
-    min_cluster_size: int = count("cells or points that make a cluster", 20, 2)
-    min_samples: int = count("neighbours that make a cell or point a cluster's core", 5, 1)
-    link_m: float | None = positive("gap above which objects are apart")
-    select: Literal["all", "largest"] = choice("objects that are measured", "all", "largest")
-    outline: str | None = path(
+    outline: str | os.PathLike[str] | Mapping[str, Any] | None = outlines(  # noqa: RUF009 - a field
         "measure inside the polygons of this GeoJSON file, in the scan's frame and unit, instead "
-        "of finding piles"
+        "of looking for piles"
     )
     base: str = base(
-        "what a pile stands on: local (the ground around it), plane (the ground's), peak or "
-        "midpeak (of the height histogram; paper), height=H (along up in the scan's frame and "
-        "unit), camera-height=H (of the scan's origin above the ground; paper), surface=FILE (an "
-        "earlier scan of the empty floor, or a saved base)"
+        "what a pile stands on: local (the ground around it), plane (the plane fitted to the "
+        "ground), peak or midpeak (of the height histogram, as in the paper), height=H (along up "
+        "in the scan's frame and unit), camera-height=H (of the scan's origin above the ground, "
+        "as in the paper), surface=FILE (an earlier scan of the empty floor, or a saved base)"
     )
-    compare_bases: bool = flag("show each pile's volume above every base that needs no input")
-    toe_m: float | None = length("width around an object that may hold its toe")
-    ring_share: float = positive(
-        "width of the ring of ground for the local base, by object size", 0.15
-    )
-    method: Literal["grid", "voxels", "slices", "hull", "alpha", "tin"] = choice(
-        "how a volume is taken: ground grid (paper), inner voxels, slices, convex hull, alpha "
-        "shape, triangles (see `divespot.volume`; all but the first two need SciPy)",
-        *("grid", "voxels", "slices", "hull", "alpha", "tin"),
-    )
-    inner_voxel_m: float | None = positive("edge of the voxels of the method voxels")
-    slice_m: float | None = positive("thickness of the layers of the method slices")
-    slice_contour: Literal["convex", "concave"] = choice(
-        "hull around the points of a layer", "convex", "concave"
-    )
-    alpha_m: float | None = positive("largest radius of the method alpha")
-    factor: float = positive("compensation factor of the volume (paper)", 1.0)
-    density_kg_m3: float | None = positive("bulk density, for the mass")
+    compare_bases: bool = flag("also give each pile's volume above every base that needs no input")
+    density_kg_m3: float | None = positive("bulk density in kg/m3, for the mass")
     density_u_kg_m3: float | None = length(
-        "standard uncertainty of the density; without one, that of the material's, or 0"
+        "standard uncertainty of the bulk density in kg/m3; none: the material's, else 0"
     )
     material: str | None = choice(
-        "take the density of this material, where none is given (see `divespot materials`)",
+        "take bulk density and its uncertainty from this material, where they are not given (see "
+        "`divespot materials`)",
         *MATERIALS,
         default=None,
     )
     seed: int = count("seed of all random draws", 0, 0, most=2**64 - 1)
-    threads: int = count("threads; 0: all that this process may use", 0, 0, most=MOST_THREADS)
-
-    def __post_init__(self) -> None:
-        """Check every value, and take plain Python numbers for those of NumPy."""
-        for item in dataclasses.fields(self):
-            plain = item.metadata["plain"](item.name, getattr(self, item.name))
-            object.__setattr__(self, item.name, plain)
+    threads: int = count(
+        "threads to use, for the same bits; 0: as many as the process may", 0, 0, most=MOST_THREADS
+    )
+    stages: Stages = record(  # noqa: RUF009 - a field
+        "parameters of the method's stages, named as in the paper", Stages
+    )
 
     @classmethod
-    def paper(cls, **changes: Any) -> Settings:  # noqa: ANN401 - as many types as settings
-        """Return the paper's method: one pile, cut above one ground height, without a toe."""
-        paper: dict[str, Any] = {
-            "scene_cluster": True,
-            "voxel_m": None,
-            "ground_form": "level",
-            "select": "largest",
-            "surface": "cells",
-            "base": "peak",
-            "toe_m": 0.0,
-        }
-        return cls().changed(**{**paper, **changes})
+    def paper(cls, **changes: Unpack[PaperChanges]) -> Settings:
+        """Return the paper's method: one pile, cut above one ground height, without a toe.
 
-    def changed(self, **changes: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+        Parameters
+        ----------
+        **changes
+            Settings, and parameters of the `Stages`, by name.
+
+        Examples
+        --------
+        >>> from divespot import Settings
+        >>> Settings.paper(window=3).stages.window
+        3
+
+        """
+        paper = Stages(
+            scene_cluster=True, voxel_m=None, ground_form="level", select="largest", toe_m=0.0
+        )
+        return cls(surface="cells", base="peak", stages=paper).tuned(**changes)
+
+    def changed(self, **changes: Unpack[Changes]) -> Settings:
         """Return these settings with some of them changed.
 
         Raises
@@ -165,93 +146,55 @@ class Settings:
         DivespotError
             A name is no setting, or a value out of range.
 
+        Examples
+        --------
+        >>> from divespot import Settings
+        >>> Settings(cell_m=0.1).changed(seed=3) == Settings(cell_m=0.1, seed=3)
+        True
+
         """
-        known = [item.name for item in dataclasses.fields(self)]
         for name in changes:
-            if name not in known:
-                raise DivespotError(
-                    f"unknown setting {name!r}: one of {', '.join(known)} is needed"
-                )
+            if name not in NAMES:
+                known = f"unknown setting {name!r}: one of {', '.join(NAMES)} is needed"
+                raise DivespotError(elsewhere(name) or known)
         return dataclasses.replace(self, **changes)
 
-    def resolved(self, survey: Survey, points: int) -> Settings:
-        """Return these settings with the lengths that follow from the cloud of so many points.
+    def tuned(self, **changes: Unpack[PaperChanges]) -> Settings:
+        """Return these settings with some of them changed, and parameters of their stages.
 
-        A length is a multiple of the point spacing; of the roughness, where the sensor's noise
-        is the coarser of the two.
+        Raises
+        ------
+        DivespotError
+            A name is neither, or a value out of range.
+
         """
-        spacing = _spacing(survey)
-        enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
-        few = points < enough and self.surface != "cells"
-        cell = spacing * (FINE if few else 2.0) if self.cell_m is None else self.cell_m
-        fitting: Any = "triangles" if cell < spacing else "cells"
-        chosen = self.changed(surface=fitting if self.surface == "auto" else self.surface)
-        return chosen.completed(
-            radius_m=4.0 * spacing,
-            voxel_m=2.0 * spacing,
-            cell_m=cell,
-            fine_radius_m=2.5 * cell,
-            link_m=2.5 * cell,
-            inner_voxel_m=cell,
-            slice_m=0.25 * cell,
-            **({} if chosen.surface == "triangles" else ground_lengths(survey)),
-            **self._density(),
-        )
+        own: dict[str, Any] = dict(changes)
+        inner = {name: own.pop(name) for name in changes if name in STAGE_NAMES}
+        if inner:
+            own["stages"] = dataclasses.replace(own.get("stages", self.stages), **inner)
+        return self.changed(**own)
 
-    def flattened(self, flatness_m: float) -> Settings:
-        """Return settings with the lengths that follow from the ground's standard deviation.
-
-        Where points are as far apart as piles are high, their spacing does not tell it.
-        """
-        return self.completed(plane_threshold_m=SIGMAS * flatness_m, bin_m=flatness_m)
-
-    def grounded(self, noise_m: float) -> Settings:
-        """Return resolved settings with the lengths that follow from the noise of the ground."""
-        cell = given(self.cell_m)
-        margin = max(4.0 * noise_m, 0.5 * cell) if self.margin_m is None else self.margin_m
-        return self.completed(
-            margin_m=margin,
-            toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
-        )
-
-    def _density(self) -> dict[str, float]:
-        """Return what follows from the material, unless a density is given."""
-        material = MATERIALS.get(self.material or "")
-        if material is None or self.density_kg_m3 is not None:
-            return {"density_u_kg_m3": 0.0}
-        return {
-            "density_kg_m3": material.density_kg_m3,
-            "density_u_kg_m3": material.density_u_kg_m3,
-        }
-
-    def completed(self, **derived: Any) -> Settings:  # noqa: ANN401 - as many types as settings
+    def completed(self, **derived: Unpack[PaperChanges]) -> Settings:
         """Return these settings with values for those that are not known yet."""
-        open_ = (None, "auto")
-        missing = {name: value for name, value in derived.items() if getattr(self, name) in open_}
-        return self.changed(**missing)
+        known = {**vars(self.stages), **vars(self)}
+        missing: Any = {name: value for name, value in derived.items() if known[name] is None}
+        return self.tuned(**missing)
 
 
-def ground_lengths(survey: Survey) -> dict[str, float]:
-    """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
-    spacing = _spacing(survey)
-    roughness = _rounded(survey.roughness_m)
-    return {
-        "plane_threshold_m": max(1.5 * spacing, SIGMAS * roughness),
-        "bin_m": max(roughness, spacing / 8.0),
-    }
+NAMES = tuple(item.name for item in dataclasses.fields(Settings))
+STAGE_NAMES = tuple(item.name for item in dataclasses.fields(Stages))
+
+#: Settings of earlier versions that went into `divespot.volume`.
+_VOLUME = ("method", "inner_voxel_m", "slice_m", "slice_contour", "alpha_m")
 
 
-def _spacing(survey: Survey) -> float:
-    """Return the spacing that lengths are multiples of; a raster has exactly its own."""
-    return survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
-
-
-def _rounded(length_m: float) -> float:
-    """Return the nearest of sixteen lengths in a factor of two.
-
-    So chance does not reach the size of a cell: a scan that is moved or turned keeps its cells.
-    """
-    return 2.0 ** (round(16.0 * math.log2(length_m)) / 16.0) if length_m > 0.0 else 0.0
+def elsewhere(name: str) -> str | None:
+    """Say where a name that is no setting is taken; None for one that never was any."""
+    if name in STAGE_NAMES:
+        return f"{name} is no setting of the instrument: Settings.paper({name}=...) takes it"
+    if name in _VOLUME:
+        return f"{name} is no setting any more: divespot.volume.volumes_m3 takes it"
+    return None
 
 
 #: Bases that stand whether or not the ground is in view.
@@ -266,5 +209,7 @@ def needs_ground(settings: Settings) -> bool:
 def given(value: float | None) -> float:
     """Return a length that must be known by now."""
     if value is None:
-        raise DivespotError("a length is not known yet: settings must be resolved against a scan")
+        raise DivespotError(
+            "a length is not known yet: settings that a scan has completed are needed"
+        )
     return value

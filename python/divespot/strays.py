@@ -1,13 +1,14 @@
-"""Strays among few points, which would be corners of the surface."""
+"""Strays in clouds of few points, where each would be a corner of the triangulated surface."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from divespot import _native
+from divespot.lengths import by_flatness, flatness
 from divespot.pose import find_pose
 from divespot.selection import rows_of
-from divespot.spacing import flatness, survey
+from divespot.spacing import survey
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,15 +24,16 @@ def drop_strays(
 ) -> tuple[NDArray[np.float64], Survey, Settings]:
     """Drop points off the surface where points are few, and survey what is left.
 
-    The mean over a cell bears a stray, a triangle between few points does not. Voxels leave every
-    stray, and of the surface a point for hundreds: half of the points may be strays. The ground
-    is found among all of them roughly at first, and its thickness from those that are left.
+    A mean over a cell hardly feels a stray, a triangle between few points does. After thinning by
+    voxels, half of the points may be strays: each of them is left, while of the surface hundreds
+    of points became one. The ground is first found roughly among all points, then its thickness
+    among those that are left.
     """
     if settings.surface == "cells":
         return points, found, settings
-    rough = settings.flattened(flatness(found, settings))
+    rough = by_flatness(settings, flatness(found, settings))
     pose = find_pose(points, found, cloud, rough)
     level = pose.level(points, settings.threads)
     kept = rows_of(points, _native.surface_mask(level, settings.threads))
     again = survey(kept, seed=settings.seed, threads=settings.threads)
-    return kept, again, settings.flattened(flatness(again, settings))
+    return kept, again, by_flatness(settings, flatness(again, settings))

@@ -26,18 +26,18 @@ NO_GROUND = (
     "around the piles is needed, or a base (height=H or surface=FILE)"
 )
 
-#: The walk goes over cells of so many point spacings, that each holds some points.
+#: Edge, in point spacings, of the cells that the walk goes over: each holds some points.
 WALKED = 2.0
 
-#: Above a floor that was given, a scene of which the walk reaches less than this share in plan
-#: cannot be walked, as between balls or stones that are wider than a cell: every point counts.
+#: Where a floor is given and the walk reaches less than this share of the scene in plan, as between
+#: balls or stones wider than a cell, the scene cannot be walked: every point counts.
 WALKABLE = 0.6
 
-#: With less of a cluster reached than this share, it is apart.
+#: A cluster of which the walk reached less than this share is apart from the ground.
 MUCH = 0.1
 
-#: Clusters are sought among the means of voxels of so many point spacings: as many as on a plane
-#: have neighbours all around, at a fraction of the work.
+#: Edge, in point spacings, of the voxels whose means are clustered: a fraction of the points, which
+#: on a plane still have neighbours on all sides.
 THINNED = 3.0
 
 
@@ -74,7 +74,7 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
 
     """
     nothing = np.zeros(len(points), dtype=np.bool_)
-    if settings.ground_form == "level":
+    if settings.stages.ground_form == "level":
         return Surface(points, ~nothing, nothing)
     few = settings.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)

@@ -9,30 +9,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.directions import Z, angle_deg, parse_up
 from divespot.plane import Plane, cone
 from divespot.sensor import ORIGIN, axis_z, is_survey
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
+    from divespot.directions import Position
     from divespot.intake import Cloud
-    from divespot.report import Position, UpFrom
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-AXES = {"x": X, "y": Y, "z": Z}
+UpFrom: TypeAlias = Literal["given", "sensor", "coordinate system", "small tilt", "nothing below"]
 
-#: What is flatter than this is no slope of bulk material: the ground of a survey is looked for
-#: among such planes.
+#: No bulk material lies flatter: the ground of a survey is looked for among planes that do.
 LEVEL_DEG = 15.0
 
-#: Beyond this angle to the ground's normal, a direction is no upward one.
+#: A direction farther than this from the ground's normal is not upward.
 STEEPEST_DEG = 60.0
 
 #: Loaded trucks climb 1 in 6 at most, 9.5°. Where only the coordinates look like those of a survey,
@@ -42,46 +38,6 @@ FLAT_SHARE = 0.5
 
 #: A floor this near to the horizontal counts as level (the core's ``NEARLY_LEVEL_RAD``).
 SMALL_TILT_DEG = 2.0
-
-
-def parse_up(up: str) -> tuple[float, float, float] | None:
-    """Return the direction that `up` names; None for auto.
-
-    Raises
-    ------
-    DivespotError
-        The text is none of auto, x, y, z, -x, -y, -z and a,b,c.
-
-    """
-    if up == "auto":
-        return None
-    if up.lstrip("+-") in AXES and len(up) <= 2:
-        sign = -1.0 if up.startswith("-") else 1.0
-        x, y, z = AXES[up.lstrip("+-")]
-        return sign * x, sign * y, sign * z
-    try:
-        x, y, z = (float(part) for part in up.split(","))
-    except ValueError:
-        raise DivespotError(
-            f"up is {up!r}: auto, x, y, z, -x, -y, -z or three numbers a,b,c are needed"
-        ) from None
-    return x, y, z
-
-
-def upward(normal: ArrayLike, up: str) -> NDArray[np.float64]:
-    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
-    asked = parse_up(up)
-    if asked is not None:
-        return np.asarray(np.array(asked) / np.linalg.norm(asked))
-    along = np.asarray(normal)
-    nearest = int(np.abs(along).argmax())
-    return np.asarray(np.copysign(1.0, along[nearest]) * np.array([*AXES.values()])[nearest])
-
-
-def angle_deg(a: Position, b: Position) -> float:
-    """Return the angle between a unit vector and another one of any length."""
-    cosine = np.dot(a, b) / np.linalg.norm(b)
-    return math.degrees(math.acos(min(1.0, max(-1.0, float(cosine)))))
 
 
 @dataclass(frozen=True)
@@ -124,7 +80,7 @@ class Evidence:
         asked = parse_up(settings.up)
         places_m = survey.at_m + cloud.origin_m
         projected = cloud.projected or is_survey(places_m)
-        cone(asked, settings.max_tilt_deg)  # a direction must be one
+        cone(asked, settings.max_tilt_deg)  # refuses what is no direction
         agrees = asked is None or angle_deg(Z, asked) <= settings.max_tilt_deg
         sensor_m = None
         if cloud.sensor_m is not None:
@@ -133,7 +89,7 @@ class Evidence:
         at_origin = cloud.sensor_m == ORIGIN
         return cls(
             asked,
-            settings.up,
+            str(settings.up),
             sensor_m,
             at_origin,
             axis_z(places_m),
@@ -222,7 +178,7 @@ class Up:
         )
 
 
-#: What an uncertain source of up is called in a sentence.
+#: What a source of up that may be wrong is called in a warning.
 REASONS = {
     "sensor": "the place of the sensor",
     "small tilt": "z, in which the floor is all but level",

@@ -14,7 +14,7 @@ INTERRUPTED = 130
 
 
 def said(error: DivespotError | OSError) -> str:
-    """Return the sentence of an error; one of the system that names no file is of the output."""
+    """Return an error as a sentence; an error of the system that names no file is about stdout."""
     if isinstance(error, DivespotError):
         return str(error)
     name = "the standard output" if error.filename is None else error.filename

@@ -10,7 +10,7 @@ import click
 
 from divespot.base_name import BaseName
 from divespot.cli.failure import Failure, said
-from divespot.cli.options import chosen_settings, setting_options
+from divespot.cli.options import Grouped, chosen_settings, setting_options
 from divespot.cli.outputs import (
     STDOUT,
     JsonLines,
@@ -43,7 +43,7 @@ def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) ->
     return value
 
 
-@click.command()
+@click.command(cls=Grouped)
 @click.argument("scans", metavar="SCAN...", type=click.Path(), nargs=-1, required=True)
 @setting_options
 @click.option(
@@ -122,7 +122,8 @@ def _check(
         "--save-outlines": (files.get("save_outlines"), OUTLINES),
     }
     base = BaseName.parse(settings.base)
-    read = (*scans, settings.outline, (base.path or None) if base else None)
+    outline = settings.outline if isinstance(settings.outline, str) else None
+    read = (*scans, outline, (base.path or None) if base else None)
     check_outputs(outputs, read, force=force)
 
 

@@ -9,7 +9,8 @@ import click
 from click.core import ParameterSource
 
 from divespot.errors import DivespotError
-from divespot.settings import Settings
+from divespot.settings import Settings, elsewhere
+from divespot.stages import Stages
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,7 +18,20 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound="Callable[..., Any]")
 
 PRESETS: dict[str, Callable[[], Settings]] = {"default": Settings, "paper": Settings.paper}
-FIELDS = {item.name: item for item in dataclasses.fields(Settings)}
+FIELDS = {item.name: item for item in dataclasses.fields(Settings) if item.name != "stages"}
+STAGES = {item.name: item for item in dataclasses.fields(Stages)}
+
+#: Headings of ``--help`` after that of the outputs, and the settings below each.
+GROUPS = {
+    "The scan": ("unit", "columns", "classes", "returns", "crop"),
+    "The ground": ("up", "max_tilt_deg", "level"),
+    "The surface": ("radius_m", "cell_m", "surface", "margin_m"),
+    "What is measured, and above what": ("outline", "base", "compare_bases"),
+    "Mass": ("material", "density_kg_m3", "density_u_kg_m3"),
+    "The run": ("preset", "seed", "threads"),
+    "The paper's method, with --preset paper": tuple(STAGES),
+}
+_PAPER = Settings.paper().stages
 _METAVARS = {"_kg_m3": "KG/M3", "_deg": "DEGREES", "_m": "METRES"}
 
 
@@ -36,7 +50,7 @@ def corners(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise click.BadParameter(f"{text!r}: six numbers x0,y0,z0,x1,y1,z1 are needed") from None
+        raise click.BadParameter(f"{text!r} is not six numbers x0,y0,z0,x1,y1,z1") from None
 
 
 def simulation_options(command: F) -> F:
@@ -58,9 +72,34 @@ def simulation_options(command: F) -> F:
     return seed(density(command))
 
 
+class Grouped(click.Command):
+    """A command whose ``--help`` shows options under headings, outputs first."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; of an option that is gone, say where it went."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            name = error.option_name.lstrip("-").replace("-", "_")
+            gone = elsewhere(name) or elsewhere(f"{name}_m")
+            raise click.UsageError(gone, ctx) if gone else error from None
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options of each group."""
+        of = {name: title for title, names in GROUPS.items() for name in names}
+        rows: dict[str, list[tuple[str, str]]] = {"Outputs": [], **{title: [] for title in GROUPS}}
+        for param in self.get_params(ctx):
+            record = param.get_help_record(ctx) if isinstance(param, click.Option) else None
+            if record is not None:
+                rows[of.get(param.name or "", "Outputs")].append(record)
+        for title, records in rows.items():
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+
 def setting_options(command: F) -> F:
-    """Add ``--preset`` and an option for each setting."""
-    for item in reversed(FIELDS.values()):
+    """Add ``--preset``, and an option for each setting and each parameter of the paper's stages."""
+    for item in reversed((FIELDS | STAGES).values()):
         command = _option(item)(command)
     preset = click.option(
         "--preset",
@@ -81,13 +120,17 @@ def chosen_settings(ctx: click.Context) -> Settings:
         A value is out of range.
 
     """
-    changes = {
+    changes: Any = {
         name: ctx.params[name]
-        for name in FIELDS
+        for name in FIELDS | STAGES
         if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
     }
+    inner = [name for name in changes if name in STAGES]
+    if inner and ctx.params["preset"] != "paper":
+        option = "--" + inner[0].replace("_", "-")
+        raise click.UsageError(f"{option} is of the paper's method: it needs --preset paper", ctx)
     try:
-        return PRESETS[ctx.params["preset"]]().changed(**changes)
+        return PRESETS[ctx.params["preset"]]().tuned(**changes)
     except DivespotError as error:
         raise click.UsageError(str(error), ctx) from None
 
@@ -127,11 +170,12 @@ def _metavar(item: dataclasses.Field[Any]) -> str | None:
 
 
 def _default(item: dataclasses.Field[Any]) -> str:
-    if item.default is None:
+    default = getattr(_PAPER, item.name) if item.name in STAGES else item.default
+    if default is None:
         return "auto, derived from the scan" if _is_length(item) else "none"
     if item.metadata["kind"] is bool:
-        return "on" if item.default else "off"
-    return f"{item.default:g}" if isinstance(item.default, float) else str(item.default)
+        return "on" if default else "off"
+    return f"{default:g}" if isinstance(default, float) else str(default)
 
 
 def _is_length(item: dataclasses.Field[Any]) -> bool:

@@ -110,7 +110,7 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
         them unless these or `scans` are given. The paper's shapes are measured thinned as well.
     seeds, first_seed
         How many scans of each scene, and their first seed; scenes that are drawn at random are
-        scanned `VARIED_TIMES` as often. Seeds from 1000 are for checking: nothing in divespot
+        scanned `VARIED_TIMES` as often. Seeds from 4000 on are for checking: nothing in divespot
         was chosen by looking at them.
     density
         Points of a simulated scan, relative to the scene's own.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from divespot.report import Pile, Report
     from divespot.simulate import SimulatedScan
 
-#: With a smaller share of points from anything but the floor, what was found is the floor.
+#: What was found is the floor where a smaller share of its points is from anything else.
 SOME = 0.2
 NAMES_OF_LABELS = {FLYING: "flying pixels", STRAY: "stray points"}
 

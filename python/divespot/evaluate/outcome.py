@@ -28,7 +28,7 @@ class PileOutcome:
 
     @property
     def error(self) -> float:
-        """Relative error; a pile that was not found is off by all of itself."""
+        """Relative error; that of a pile that was not found is -1."""
         return (self.volume_m3 or 0.0) / self.truth_m3 - 1.0
 
     @property

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from divespot.errors import DivespotError
@@ -54,9 +53,8 @@ def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
         taken = scan(one.scene, seed=one.seed, density=one.density)
     except DivespotError as error:
         raise DivespotError(f"{one.scene}, seed {one.seed}: {error}") from None
-    with given_with(taken) as given:
-        settings = one.settings.changed(unit=_unit(taken), **given)
-        outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
+    settings = one.settings.changed(unit=_unit(taken)).changed(**given_with(taken))
+    outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
     paper = Settings.paper(unit=settings.unit, threads=settings.threads)
     # The paper's method knows of no vessel.
     known = one.paper and taken.scene.vessel is None
@@ -78,9 +76,9 @@ def _measured(taken: SimulatedScan, voxel_m: float, settings: Settings) -> Outco
     try:
         report = measure(points, settings)
     except DivespotError as error:
-        failure = _named_alike(str(error), settings.outline)
+        failure = str(error)
     seconds = time.perf_counter() - begin
-    piles, extras = (one_pile if settings.select == "largest" else match)(taken, report)
+    piles, extras = (one_pile if settings.stages.select == "largest" else match)(taken, report)
     return Outcome(
         scene=taken.scene.name,
         seed=taken.seed,
@@ -93,11 +91,6 @@ def _measured(taken: SimulatedScan, voxel_m: float, settings: Settings) -> Outco
         failure=failure,
         seconds=seconds,
     )
-
-
-def _named_alike(failure: str, outline: str | None) -> str:
-    """Return a failure without the folder of an outline, which is another in every run."""
-    return failure if outline is None else failure.replace(outline, Path(outline).name)
 
 
 def _total(taken: SimulatedScan, report: Report | None) -> PileOutcome | None:

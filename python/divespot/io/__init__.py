@@ -63,6 +63,14 @@ def read(
     DivespotError
         If there is no such file, it is not readable, damaged, without points or in no accepted
         format, if `unit` is unknown, or if the file is in degrees or another unit that is none.
+
+    Examples
+    --------
+    >>> from divespot import io
+    >>> io.write("scan.xyz", [[0.0, 0.0, 1.0], [0.0, 1.0, 2.0]])
+    >>> io.read("scan.xyz", unit="ft").points[:, 2].round(4).tolist()
+    [0.3048, 0.6096]
+
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
@@ -135,13 +143,15 @@ def _units(raw: RawCloud, asked: str) -> tuple[str, str, tuple[str, ...]]:
     vertical = raw.vertical_unit or unit
     if unit in (DEGREES, STRETCHED):
         raise DivespotError(
-            f"its coordinates are {unit}: project it to metres first, or give its unit"
+            f"its coordinates are {unit}: a projection to metres is needed, or the unit"
         )
     if raw.unit is None and raw.vertical_unit not in (None, "m"):
-        raise DivespotError(f"its z is in {vertical}, of x and y nothing is said: give one unit")
+        raise DivespotError(
+            f"its z is in {vertical}, of x and y nothing is said: one unit is needed"
+        )
     for stated in (unit, vertical):
         if stated not in UNITS:
-            raise DivespotError(f"its unit is {stated!r}: give one of {accepted_units()}")
+            raise DivespotError(f"its unit is {stated!r}: one of {accepted_units()} is needed")
     warning = f"x and y are in {unit}, z in {vertical}"
     return unit, vertical, (warning,) if vertical != unit else ()
 

@@ -155,6 +155,8 @@ def _find(names: Sequence[_Name], aliases: Sequence[str]) -> int | None:
 def _columns(line: str, names: Sequence[_Name], at: tuple[int, int, int]) -> Columns:
     x, y, z = (names[column] if column < len(names) else _Name("", None) for column in at)
     if x.unit != y.unit:
-        raise DivespotError(f"its header {line[:80]!r} gives x and y different units: need one")
+        raise DivespotError(
+            f"its header {line[:80]!r} gives x and y different units: one is needed"
+        )
     degrees = x.word in _LONGITUDE or y.word in _LATITUDE
     return Columns(at, DEGREES if degrees else x.unit, z.unit)

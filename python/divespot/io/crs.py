@@ -172,7 +172,7 @@ def _unit_in(citation: str) -> str | None:
 
 def _not_known(code: int) -> tuple[str, ...]:
     return (
-        f"EPSG:{code} is not known here, nor its unit: give the unit, or pip install divespot[crs]",
+        f"EPSG:{code} is not known here, nor its unit: it is needed, or pip install divespot[crs]",
     )
 
 

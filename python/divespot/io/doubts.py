@@ -1,4 +1,4 @@
-"""What numbers tell of their unit, where nobody states it."""
+"""What coordinates tell of their unit where the file does not state it."""
 
 from __future__ import annotations
 

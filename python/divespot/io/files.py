@@ -1,4 +1,4 @@
-"""The bytes of a file that is one."""
+"""The bytes of a regular file."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def bytes_of(file: Path, most: int | None = None) -> bytes:
     except ValueError as err:
         raise DivespotError(f"is no path ({err})") from None
     if stat.S_ISDIR(found.st_mode):
-        raise DivespotError("is a folder, need a file")
+        raise DivespotError("is a folder: a file is needed")
     # A pipe or device may never end.
     if not stat.S_ISREG(found.st_mode):
-        raise DivespotError("is no regular file")
+        raise DivespotError("is no regular file: one is needed")
     limit = _memory_bytes() if most is None else most
     if found.st_size > limit:
         raise DivespotError(f"has {found.st_size >> 20} MB: at most {limit >> 20} MB can be read")

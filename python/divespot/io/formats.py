@@ -80,7 +80,7 @@ def detect(path: PurePath, data: bytes) -> tuple[Format, tuple[str, ...]]:
         found = text
     if found is None:
         claim = f"is no {by_name.name} file inside" if by_name else "is in no known format"
-        raise DivespotError(f"it {claim}: need {_ACCEPTED}")
+        raise DivespotError(f"it {claim}: one of {_ACCEPTED} is needed")
     if by_name in (found, None):
         return found, ()
     return found, (f"the file is called {extension} but is {found.name}, and was read as that",)

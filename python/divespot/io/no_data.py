@@ -1,4 +1,4 @@
-"""Heights that mean that there is none."""
+"""Heights that stand for no data."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 #: What writers of rasters put where nothing is known, whatever their unit.
 CODES = (-9999.0, -99999.0, -999999.0, -32767.0, -32768.0, 32767.0, 9999.0, 99999.0, -999.0)
 
-#: Beyond this, a height is a float's largest number rather than a place.
+#: Heights beyond this are the largest number of a float, not a place.
 LARGEST = 1e30
 
-#: So many points at one height are no strays.
+#: Fewest points that share a height for it to stand for no data: strays do not coincide.
 FEWEST = 10
 
-#: It lies farther than so many times the span of all other heights from them.
+#: Such a height lies farther from all others than so many times their span.
 SPANS = 10.0
 
 

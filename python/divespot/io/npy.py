@@ -54,8 +54,8 @@ def _chosen(names: list[str]) -> list[str]:
     named = [key for key in _POINTS_KEYS if key in names]
     if not named and len(names) != 1:
         raise DivespotError(
-            f"it holds the arrays {', '.join(names) or 'none'}: need one array, or one named "
-            f"{', '.join(_POINTS_KEYS)}, or x, y and z"
+            f"it holds the arrays {', '.join(names) or 'none'}: one array, or one named "
+            f"{', '.join(_POINTS_KEYS)}, or x, y and z are needed"
         )
     return named[:1] or names
 
@@ -82,7 +82,7 @@ def _check_size(data: bytes) -> None:
     )
     shape, _, dtype = parse(stream)
     if dtype.hasobject:
-        raise DivespotError("it holds pickled Python objects: need an array of numbers")
+        raise DivespotError("it holds pickled Python objects: an array of numbers is needed")
     require_bytes(math.prod(shape) * dtype.itemsize, len(data) - stream.tell(), math.prod(shape))
 
 
@@ -90,9 +90,11 @@ def _xyz(array: NDArray[Any]) -> NDArray[np.float64]:
     if array.dtype.names is not None:
         return _columns([array[axis] for axis in axes_of(array.dtype.names, "fields")])
     if array.ndim not in (2, 3) or array.shape[-1] < 3:
-        raise DivespotError(f"it holds an array of shape {array.shape}: need {_SHAPES}")
+        raise DivespotError(f"it holds an array of shape {array.shape}: shape {_SHAPES} is needed")
     if array.ndim == 3 and array.dtype.itemsize == 1:
-        raise DivespotError(f"it holds {array.shape[-1]} bytes a pixel, a picture: need {_SHAPES}")
+        raise DivespotError(
+            f"it holds {array.shape[-1]} bytes a pixel, a picture: shape {_SHAPES} is needed"
+        )
     flat = _real(array).reshape(-1, array.shape[-1])
     refuse_image(*flat.shape)
     return stack([flat[:, axis] for axis in range(3)])
@@ -101,11 +103,11 @@ def _xyz(array: NDArray[Any]) -> NDArray[np.float64]:
 def _columns(arrays: list[NDArray[Any]]) -> NDArray[np.float64]:
     columns = [_real(array).ravel() for array in arrays]
     if len({len(column) for column in columns}) != 1:
-        raise DivespotError("its arrays x, y and z differ in size: need one size")
+        raise DivespotError("its arrays x, y and z differ in size: one size is needed")
     return stack(columns)
 
 
 def _real(array: NDArray[Any]) -> NDArray[Any]:
     if array.dtype.kind not in "iuf":
-        raise DivespotError(f"it holds {array.dtype} values: need real numbers")
+        raise DivespotError(f"it holds {array.dtype} values: real numbers are needed")
     return array

@@ -12,7 +12,7 @@ from divespot.errors import DivespotError
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 #: zlib's window for a GZIP header.
 _GZIP_BITS = 31
-#: No scan is packed to less than this share; what claims to be is taken only if it is small.
+#: Largest ratio of unpacked to packed size; what claims more is unpacked only up to so many bytes.
 _LARGEST_RATIO, _ALWAYS_BYTES = 100, 256 << 20
 
 
@@ -73,7 +73,9 @@ def _unzipped(path: PurePath, data: bytes) -> tuple[PurePath, bytes]:
             return path, data
         if len(members) != 1:
             names = ", ".join(member.filename for member in members[:5]) or "none"
-            raise DivespotError(f"it holds {len(members)} files ({names}): need one scan a ZIP")
+            raise DivespotError(
+                f"it holds {len(members)} files ({names}): one scan a ZIP is needed"
+            )
         return PurePath(members[0].filename), read_member(archive, members[0])
 
 

@@ -73,7 +73,9 @@ def read_pcd(data: bytes) -> RawCloud:
         "binary_compressed": _read_compressed,
     }
     if header.encoding not in readers:
-        raise DivespotError(f"PCD data is {header.encoding!r}: need one of {', '.join(readers)}")
+        raise DivespotError(
+            f"PCD data is {header.encoding!r}: one of {', '.join(readers)} is needed"
+        )
     if header.points == 0:
         return RawCloud(np.empty((0, 3)))
     xyz = readers[header.encoding](data, header)
@@ -130,7 +132,7 @@ def _require_types(fields: list[_Field]) -> None:
         if (f.kind, f.size) not in _TYPES or f.count < 1 or (f.name in axes and f.count != 1):
             raise DivespotError(
                 f"PCD field {f.name!r} has TYPE {f.kind} SIZE {f.size} COUNT {f.count}: "
-                "need F of 4 or 8, I or U of 1, 2, 4 or 8 bytes, and COUNT 1 for x, y, z"
+                "F of 4 or 8, I or U of 1, 2, 4 or 8 bytes, and COUNT 1 for x, y, z are needed"
             )
 
 

@@ -73,12 +73,14 @@ def read_ply(data: bytes) -> RawCloud:
     header = _parse_header(data)
     names = [element.name for element in header.elements]
     if "vertex" not in names:
-        raise DivespotError("the PLY header has no 'vertex' element: need one with x, y and z")
+        raise DivespotError("the PLY header has no 'vertex' element: one with x, y and z is needed")
     before = header.elements[: names.index("vertex")]
     vertex = header.elements[len(before)]
     axes_of((p.name for p in vertex.properties), "vertex properties")
     if vertex.has_lists:
-        raise DivespotError("the PLY vertex element holds a list property: need single values only")
+        raise DivespotError(
+            "the PLY vertex element holds a list property: single values are needed"
+        )
     read_body = _read_binary if header.byte_order else _read_ascii
     return RawCloud(read_body(data, header, before, vertex))
 

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 
-#: No list of points has so many columns; an image less than four times as high as wide, none.
+#: A table wider than 64 columns is an image, and so is one of 16 or more that is less than four
+#: times as high as wide.
 _IMAGE_COLUMNS, _TABLE_COLUMNS, _TALL = 16, 64, 4
 
 
@@ -32,19 +33,21 @@ def axes_of(names: Iterable[str], what: str) -> tuple[str, str, str]:
     if x is None or y is None or z is None:
         missing = ", ".join(a for a, name in zip("xyz", found, strict=True) if name is None)
         listed = ", ".join(known) or "none"
-        raise DivespotError(f"no {missing} among its {what} ({listed}): need x, y and z")
+        raise DivespotError(f"no {missing} among its {what} ({listed}): x, y and z are needed")
     return x, y, z
 
 
 def refuse_image(rows: int, columns: int) -> None:
     """Raise DivespotError where a table is as wide as only images are."""
     if rows == 3 and columns > _TABLE_COLUMNS:
-        raise DivespotError(f"it holds 3 rows of {columns} numbers: need a row a point, transposed")
+        raise DivespotError(
+            f"it holds 3 rows of {columns} numbers: transposed, a row a point, is needed"
+        )
     if columns > _TABLE_COLUMNS or (columns >= _IMAGE_COLUMNS and rows < _TALL * columns):
         raise DivespotError(
-            f"it holds {rows} rows of {columns} numbers, as a depth image does: need x, y, z a "
-            "row; turn depths z into points by the camera's x = (u - cx) z / fx, "
-            "y = (v - cy) z / fy"
+            f"it holds {rows} rows of {columns} numbers, as a depth image does: rows of x, y, z "
+            "are needed (depths z become points by the camera's x = (u - cx) z / fx, "
+            "y = (v - cy) z / fy)"
         )
 
 

@@ -18,7 +18,7 @@ DECIMAL = (1000.0, 100.0, 10.0, 1.0, 0.1, 0.01, 0.001, 0.0001)
 #: A multiple of a decimal step is off by the rounding of a float64 at most.
 ROUNDING = 4.0 * 2.0**-53
 
-#: Steps of more than this share of the distance between points are told of.
+#: A warning is given of steps wider than this share of the distance between points.
 TOLD_SHARE = 0.25
 
 #: Rows that tell whether a cloud is a raster, and how many times fewer than its cells they may be.

@@ -107,7 +107,7 @@ def _require_even(rows: list[str], numbers: Sequence[int], delimiter: str | None
         odd = next(i for i, n in enumerate(widths) if n != width)
         raise DivespotError(
             f"line {numbers[odd]} has {widths[odd]} fields where line {numbers[0]} has {width}: "
-            "every row needs the same number"
+            "the same number in every row is needed"
         )
 
 
@@ -124,7 +124,7 @@ def _raise_bad_row(
         for column in columns:
             if column >= len(fields) or not is_number(fields[column]):
                 raise DivespotError(
-                    f"line {number} is {row[:60]!r}: field {column + 1} must be a number"
+                    f"line {number} is {row[:60]!r}: a number in field {column + 1} is needed"
                 ) from None
     raise DivespotError(f"a row is not numbers ({err})") from None
 

@@ -78,14 +78,14 @@ def _find_layout(lines: list[str], wanted: Wanted) -> _Layout:
         if row.isdecimal() and len(row) < 19:
             promised = int(row)
         elif row.lower().startswith("ncols"):
-            raise DivespotError("it is an ESRI grid of heights, need a list of x y z points")
+            raise DivespotError("it is an ESRI grid of heights: a list of points x y z is needed")
         header.append(line.strip()[:_MAX_HEADER_CHARS])
         if len(header) > _MAX_HEADER_LINES:
             break
     if wanted.columns is not None:
         asked_for = ", ".join(wanted.columns)
         raise DivespotError(f"no row has numbers in the columns {asked_for} that were asked for")
-    raise DivespotError("no line has three numbers x y z: need one point a line")
+    raise DivespotError("no line has three numbers x y z: a point a line is needed")
 
 
 def _row_layout(
@@ -95,7 +95,7 @@ def _row_layout(
     delimiter = _delimiter(row)
     fields = _fields(row, delimiter)
     if len(fields) > _MAX_FIELDS:
-        raise DivespotError(f"line {start + 1} has {len(fields)} fields: need one point a line")
+        raise DivespotError(f"line {start + 1} has {len(fields)} fields: a point a line is needed")
     if wanted.columns is not None:
         columns = asked(wanted.columns, header, len(fields))
         if columns is None or not _are_numbers(fields, columns.at, delimiter):

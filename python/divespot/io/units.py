@@ -60,7 +60,7 @@ def metres_per(unit: str) -> float:
         return UNITS[unit]
     except (KeyError, TypeError):
         raise DivespotError(
-            f"unknown unit {str(unit)[:40]!r}: give one of auto, {accepted_units()}"
+            f"unit is {str(unit)[:40]!r}: one of auto, {accepted_units()} is needed"
         ) from None
 
 

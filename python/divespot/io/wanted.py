@@ -1,4 +1,4 @@
-"""What of a file is wanted, where it holds more than one can tell by itself."""
+"""What is to be read of a file: columns of a table, classes and returns of a LAS file."""
 
 from __future__ import annotations
 

@@ -45,10 +45,20 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
     ------
     DivespotError
         If the shape, the extension or the folder is not as needed, or LAS cannot hold a value.
+
+    Examples
+    --------
+    >>> from divespot import io
+    >>> io.write("scan.ply", [[0.0, 0.0, 1.0], [0.0, 1.0, 2.0]])
+    >>> len(io.read("scan.ply").points)
+    2
+
     """
     xyz = as_floats("points", points)
     if xyz.ndim != 2 or xyz.shape[1] != 3 or xyz.dtype.kind not in "iuf":
-        raise DivespotError(f"points are {xyz.dtype} of shape {xyz.shape}: need numbers of (n, 3)")
+        raise DivespotError(
+            f"points are {xyz.dtype} of shape {xyz.shape}: numbers of shape (n, 3) are needed"
+        )
     if xyz.dtype != np.float32:
         xyz = xyz.astype(np.float64)
     require_writable(path)
@@ -62,7 +72,7 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
 def require_writable(path: str | os.PathLike[str]) -> None:
     """Raise DivespotError where the extension is none of those that can be written."""
     if PurePath(path).suffix.lower() not in _WRITERS:
-        raise DivespotError(f"{path}: unknown extension, need one of {', '.join(_WRITERS)}")
+        raise DivespotError(f"{path}: unknown extension: one of {', '.join(_WRITERS)} is needed")
 
 
 class _UnfitError(DivespotError):
@@ -95,7 +105,7 @@ def _write_las(stream: BinaryIO, xyz: NDArray[Any], *, compress: bool = False) -
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
     if not np.isfinite(xyz).all():
-        raise _UnfitError("LAS cannot hold nan or inf, need finite points")
+        raise _UnfitError("LAS cannot hold nan or inf: finite points are needed")
     header = laspy.LasHeader(point_format=0, version="1.2")
     header.generating_software = "divespot"
     header.scales = np.full(3, _LAS_SCALE_M)

@@ -23,7 +23,7 @@ FIRST = {"radius_m": 0.0, "scene_cluster": False}
 SECOND = {"fine_radius_m": 0.0, "fine_cluster": False}
 POSE, GROUND = {"level": False}, {"base": "plane"}
 
-STAGES: dict[str, tuple[dict[str, Any], tuple[float, float]]] = {
+STAGES: dict[str, tuple[Any, tuple[float, float]]] = {
     "whole method": ({}, paper.WHOLE),
     "without the first filter": (FIRST, paper.FILTER),
     "without the second filter": (SECOND, paper.FILTER),
@@ -38,7 +38,7 @@ STAGES: dict[str, tuple[dict[str, Any], tuple[float, float]]] = {
 def _needs(plan: Plan, preset: str, stage: str) -> list[Need]:
     changes, _ = STAGES[stage]
     name = f"{preset}, {stage}" if changes else preset
-    variant = Variant(name, PRESETS[preset].changed(**changes))
+    variant = Variant(name, PRESETS[preset].tuned(**changes))
     scans = (
         Scan(scene, plan.seed, repeat, plan.density, "leaning, people")
         for scene in LARGE

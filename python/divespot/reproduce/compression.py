@@ -32,7 +32,7 @@ def thinned(preset: str, voxel_m: float) -> Variant:
         return Variant(preset, settings)
     name = f"{preset}, {voxel_m} m"
     if preset == "paper":
-        return Variant(name, settings.changed(voxel_m=voxel_m, cell_m=voxel_m))
+        return Variant(name, settings.tuned(voxel_m=voxel_m, cell_m=voxel_m))
     return Variant(name, settings, voxel_m)
 
 

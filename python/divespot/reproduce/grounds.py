@@ -25,11 +25,11 @@ VARIANTS = {
     "midpoint": Variant("paper, midpoint", PAPER.changed(base="midpeak")),
     "local": Variant("default", OURS),
 }
-FINE = {"bin_m": 0.001, "window": 3}
+FINE: Any = {"bin_m": 0.001, "window": 3}
 """A histogram that shows plateaus: with the usual bins they are one peak."""
 UNEVEN = {
-    "peak": Variant("paper, fine peak", PAPER.changed(**FINE)),
-    "midpoint": Variant("paper, fine midpoint", PAPER.changed(base="midpeak", **FINE)),
+    "peak": Variant("paper, fine peak", PAPER.tuned(**FINE)),
+    "midpoint": Variant("paper, fine midpoint", PAPER.tuned(base="midpeak", **FINE)),
     "local": VARIANTS["local"],
 }
 FLOORS = {

@@ -90,7 +90,8 @@ def estimate(taken: SimulatedScan, report: Report | None, settings: Settings) ->
     Where one object is measured, as in the paper, or objects are not told apart, all that is
     measured is taken for the pile.
     """
-    if report is not None and (settings.select == "largest" or not settings.fine_cluster):
+    stages = settings.stages
+    if report is not None and (stages.select == "largest" or not stages.fine_cluster):
         objects = (*report.piles, *report.other_objects)
         if not objects:
             return PileOutcome(taken.volume_m3)

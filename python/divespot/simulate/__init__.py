@@ -5,9 +5,10 @@
 """
 
 from divespot.simulate.camera import FLYING, GROUND, INVALID, STRAY, THING
+from divespot.simulate.floor import Floor
 from divespot.simulate.pose import Pose
 from divespot.simulate.scan import SimulatedScan, scan
-from divespot.simulate.scene import Camera, Floor, Pile, Scene
+from divespot.simulate.scene import Camera, Pile, Scene
 from divespot.simulate.scenes import NAMES, scene_named
 from divespot.simulate.surface import Surface
 from divespot.simulate.things import Box, Hanging, Person, Rod, RoundWall, Thing, Wall

@@ -80,7 +80,7 @@ def look(scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
     """
     origin = lens(scene.camera, frame)
     if origin[2] <= surface.z(origin[:1], origin[1:2])[0]:
-        raise DivespotError(f"the lens is at {origin}, under the surface; a higher one is needed")
+        raise DivespotError(f"the lens is at {origin}, under the surface: a higher one is needed")
     distance_m = meet_surface(surface, origin, directions)
     seen = np.isfinite(distance_m)
     label = np.full(len(directions), INVALID, dtype=np.int16)

@@ -19,7 +19,7 @@ def require_positive(owner: object, *names: str) -> None:
         value = getattr(owner, name)
         require(
             math.isfinite(value) and value > 0,
-            f"{type(owner).__name__}.{name} is {value}; a number above 0 is needed",
+            f"{type(owner).__name__}.{name} is {value}: a number above 0 is needed",
         )
 
 
@@ -29,7 +29,7 @@ def require_not_negative(owner: object, *names: str) -> None:
         value = getattr(owner, name)
         require(
             math.isfinite(value) and value >= 0,
-            f"{type(owner).__name__}.{name} is {value}; a number of 0 or more is needed",
+            f"{type(owner).__name__}.{name} is {value}: a number of 0 or more is needed",
         )
 
 
@@ -39,5 +39,5 @@ def require_share(owner: object, *names: str) -> None:
         value = getattr(owner, name)
         require(
             0 <= value < 1,
-            f"{type(owner).__name__}.{name} is {value}; a share from 0 to below 1 is needed",
+            f"{type(owner).__name__}.{name} is {value}: a share from 0 to below 1 is needed",
         )

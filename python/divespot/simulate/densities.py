@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot.simulate.scene import Floor, Scene
+from divespot.simulate.floor import Floor
+from divespot.simulate.scene import Scene
 from divespot.simulate.site import site, upright
 from divespot.simulate.tripod import Tripod
 from divespot.simulate.varied import in_form, log_uniform, overhead, poured

@@ -15,5 +15,5 @@ def stream(seed: int, role: str, *numbers: int) -> np.random.Generator:
     Roles do not share draws, so changing one part of a scene leaves the others as they were.
     """
     if seed < 0:
-        raise DivespotError(f"seed is {seed}; a whole number of 0 or more is needed")
+        raise DivespotError(f"seed is {seed}: a whole number of 0 or more is needed")
     return np.random.default_rng([seed, crc32(role.encode()), *numbers])

@@ -65,7 +65,7 @@ class Ghosts:
         require_share(self, "rain_share", "late_share", "mirror_share")
         require_not_negative(self, "low_points")
         require_positive(self, "low_m")
-        require(self.low_clumps >= 1, f"Ghosts.low_clumps is {self.low_clumps}; 1 is needed")
+        require(self.low_clumps >= 1, f"Ghosts.low_clumps is {self.low_clumps}: 1 is needed")
 
     def along(
         self, distance_m: Array, origin: Array, rays: Array, rng: np.random.Generator

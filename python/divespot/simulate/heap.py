@@ -150,6 +150,6 @@ def _scale(where: Plan, pile: Pile, heights: Callable[[float], Array]) -> Array:
             return np.asarray(height_m / share)
         radius_m *= min(max(share, 0.1), 10) ** (-1 / 3)
     raise DivespotError(
-        f"a pile of {pile.volume_m3} m3 does not fit on the floor; "
+        f"a pile of {pile.volume_m3} m3 does not fit on the floor: "
         "a larger floor or a smaller pile is needed"
     )

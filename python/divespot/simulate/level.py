@@ -44,11 +44,11 @@ class Level:
     def __post_init__(self) -> None:
         require(
             0 < self.face_deg < 88,
-            f"Level.face_deg is {self.face_deg}; an angle above 0 and below 88 is needed",
+            f"Level.face_deg is {self.face_deg}: an angle above 0 and below 88 is needed",
         )
         require(
             min(self.half_m) > 0,
-            f"Level.half_m is {self.half_m}; two numbers above 0 are needed",
+            f"Level.half_m is {self.half_m}: two numbers above 0 are needed",
         )
         require_positive(self, "size_m")
 

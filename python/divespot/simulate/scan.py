@@ -94,6 +94,14 @@ def scan(
     ------
     DivespotError
         If the name is unknown or the scene cannot be.
+
+    Examples
+    --------
+    >>> from divespot import simulate
+    >>> one = simulate.scan("shape-05", seed=3, density=0.03)
+    >>> one.points.shape[1], round(one.volume_m3, 6)
+    (3, 0.028)
+
     """
     seed, repeat = seed_number(seed), whole("repeat", repeat)
     if isinstance(scene, str):
@@ -128,7 +136,7 @@ def scan(
 
 def _denser(scene: Scene, density: float) -> Scene:
     if not 0 < number("density", density) <= 100:
-        raise DivespotError(f"density is {density}; a number above 0 and up to 100 is needed")
+        raise DivespotError(f"density is {density}: a number above 0 and up to 100 is needed")
     finer = density**0.5
     columns, rows = (max(2, round(n * finer)) for n in scene.camera.pixels)
     camera = replace(scene.camera, pixels=(columns, rows))

@@ -15,61 +15,13 @@ from divespot.simulate.checks import (
     require_positive,
     require_share,
 )
+from divespot.simulate.floor import Floor
 from divespot.simulate.ghosts import Ghosts
 from divespot.simulate.pose import Pose
 
 if TYPE_CHECKING:
-    from divespot.simulate.level import Level
     from divespot.simulate.things import XY, Thing
     from divespot.simulate.vessel import Vessel
-
-
-@dataclass(frozen=True)
-class Floor:
-    """What the piles stand on; it reaches beyond the measured strip.
-
-    Parameters
-    ----------
-    length_m, width_m
-        Extent along x and y, centred at the origin.
-    node_m
-        Spacing of the nodes between which floor and piles are bilinear.
-    slope_deg
-        Tilt of the whole floor, rising towards +x.
-    wave_m, wave_length_m
-        Largest departure from the plane, and typical length, of a long-wave waver.
-    fold_deg
-        Angle between two planes that meet in the line x = `edge_m`; the far one rises.
-    step_m
-        Height by which the floor rises in the line x = `edge_m`.
-    edge_m
-        Where fold and step lie.
-    levels
-        Parts that lie higher or lower.
-    """
-
-    length_m: float = 3.5
-    width_m: float = 3.2
-    node_m: float = 0.004
-    slope_deg: float = 0.0
-    wave_m: float = 0.0
-    wave_length_m: float = 2.0
-    fold_deg: float = 0.0
-    step_m: float = 0.0
-    edge_m: float = 0.0
-    levels: tuple[Level, ...] = ()
-
-    def __post_init__(self) -> None:
-        require_positive(self, "length_m", "width_m", "node_m", "wave_length_m")
-        require_not_negative(self, "wave_m")
-        for name in ("slope_deg", "fold_deg"):
-            angle = getattr(self, name)
-            require(abs(angle) < 45, f"Floor.{name} is {angle}; an angle below 45 is needed")
-        nodes = self.length_m * self.width_m / self.node_m**2
-        require(
-            nodes <= 2e7,
-            f"a floor of {nodes:.0f} nodes was asked for; up to 20 million fit, raise Floor.node_m",
-        )
 
 
 @dataclass(frozen=True)
@@ -93,7 +45,7 @@ class Cut:
     def __post_init__(self) -> None:
         require(
             0 < self.face_deg < 88,
-            f"Cut.face_deg is {self.face_deg}; an angle above 0 and below 88 is needed",
+            f"Cut.face_deg is {self.face_deg}: an angle above 0 and below 88 is needed",
         )
 
 
@@ -146,9 +98,9 @@ class Pile:
         require_not_negative(self, "roughness_m", "spread", "ridge")
         require(
             1 <= self.repose_deg <= 60,
-            f"Pile.repose_deg is {self.repose_deg}; an angle from 1 to 60 is needed",
+            f"Pile.repose_deg is {self.repose_deg}: an angle from 1 to 60 is needed",
         )
-        require(self.peaks >= 1, f"Pile.peaks is {self.peaks}; at least 1 is needed")
+        require(self.peaks >= 1, f"Pile.peaks is {self.peaks}: at least 1 is needed")
 
 
 @dataclass(frozen=True)
@@ -204,28 +156,28 @@ class Camera:
     nan_share: float = 0.0
 
     def __post_init__(self) -> None:
-        require(self.frames >= 1, f"Camera.frames is {self.frames}; at least 1 is needed")
-        require(min(self.pixels) >= 2, f"Camera.pixels is {self.pixels}; 2 x 2 or more are needed")
+        require(self.frames >= 1, f"Camera.frames is {self.frames}: at least 1 is needed")
+        require(min(self.pixels) >= 2, f"Camera.pixels is {self.pixels}: 2 x 2 or more are needed")
         require(
             all(0 < fov < 170 for fov in self.fov_deg),
-            f"Camera.fov_deg is {self.fov_deg}; angles above 0 and below 170 are needed",
+            f"Camera.fov_deg is {self.fov_deg}: angles above 0 and below 170 are needed",
         )
         require(
             0 <= self.range_m[0] < self.range_m[1],
-            f"Camera.range_m is {self.range_m}; nearest before farthest is needed",
+            f"Camera.range_m is {self.range_m}: nearest before farthest is needed",
         )
         require_positive(self, "height_m")
         require_not_negative(self, "rail_m", "noise_m", "noise_max_m", "frame_bias_m")
         require_not_negative(self, "shift_m", "turn_deg")
         require(
             0 <= self.flying_share <= 1,
-            f"Camera.flying_share is {self.flying_share}; a share from 0 to 1 is needed",
+            f"Camera.flying_share is {self.flying_share}: a share from 0 to 1 is needed",
         )
         require_share(self, "stray_share", "zero_share", "nan_share")
         require(
             self.zero_share + self.nan_share < 1,
-            f"Camera.zero_share and nan_share are {self.zero_share} and {self.nan_share}; "
-            "their sum must stay below 1",
+            f"Camera.zero_share and nan_share are {self.zero_share} and {self.nan_share}: "
+            "a sum below 1 is needed",
         )
 
 
@@ -275,4 +227,4 @@ class Scene:
     def __post_init__(self) -> None:
         require_positive(self, "unit_m")
         require_not_negative(self, "fuse_voxel_m")
-        require(self.copies >= 1, f"Scene.copies is {self.copies}; at least 1 is needed")
+        require(self.copies >= 1, f"Scene.copies is {self.copies}: at least 1 is needed")

@@ -14,8 +14,9 @@ from divespot._arguments import seed_number, word
 from divespot.errors import DivespotError
 from divespot.simulate.draw import stream
 from divespot.simulate.families import FAMILIES
+from divespot.simulate.floor import Floor
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import Camera, Floor, Pile, Scene
+from divespot.simulate.scene import Camera, Pile, Scene
 from divespot.simulate.shapes import (
     RAIL_CAMERAS,
     STRIPS_M,
@@ -45,7 +46,7 @@ def scene_named(name: str, seed: int = 0) -> Scene:
         If there is no such name; the message lists them.
     """
     if word("name", name) not in NAMES:
-        raise DivespotError(f"there is no scene {name!r}; the scenes are {', '.join(NAMES)}")
+        raise DivespotError(f"there is no scene {name!r}: one of {', '.join(NAMES)} is needed")
     return replace(NAMES[name](stream(seed_number(seed), f"{name} scene")), name=name)
 
 

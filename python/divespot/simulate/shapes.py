@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from divespot.simulate.floor import Floor
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import Camera, Floor, Pile, Scene
+from divespot.simulate.scene import Camera, Pile, Scene
 from divespot.simulate.surroundings import around
 
 if TYPE_CHECKING:

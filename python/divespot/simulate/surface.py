@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from divespot.simulate.scene import Floor
+    from divespot.simulate.floor import Floor
 
 Array = NDArray[np.float64]
 

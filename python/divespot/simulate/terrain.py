@@ -68,7 +68,7 @@ def _window(nodes: Array, pile: Pile, axis: int) -> slice:
     low, high = np.searchsorted(nodes, [middle - reach_m, middle + reach_m])
     if high - low < 3:
         raise DivespotError(
-            f"a pile lies at {pile.center_m}; a place on the floor is needed, or a smaller node_m"
+            f"a pile lies at {pile.center_m}: a place on the floor is needed, or a smaller node_m"
         )
     return slice(int(low), int(high))
 
@@ -77,7 +77,7 @@ def _require_inside(height_m: Array, number: int) -> None:
     edges = (height_m[0], height_m[-1], height_m[:, 0], height_m[:, -1])
     if any(edge.any() for edge in edges):
         raise DivespotError(
-            f"pile {number} reaches beyond the floor; a larger floor or a smaller pile is needed"
+            f"pile {number} reaches beyond the floor: a larger floor or a smaller pile is needed"
         )
 
 
@@ -86,7 +86,7 @@ def _require_level(beside_m: Array, owner: NDArray[np.int16], piles: int) -> Non
         under_m = beside_m[owner == number]
         if np.ptp(under_m) > 0:
             raise DivespotError(
-                f"pile {number} lies on the face of a level; move one of them, or pass under_piles"
+                f"pile {number} lies on the face of a level: another place or under_piles is needed"
             )
 
 
@@ -97,11 +97,13 @@ def _require_clear(scene: Scene, surface: Surface) -> None:
     strip_m = scene.strip_m or (math.inf, math.inf)
     if (np.abs(x) > strip_m[0] / 2).any() or (np.abs(y) > strip_m[1] / 2).any():
         raise DivespotError(
-            f"a pile reaches beyond the strip of {strip_m} m; a larger strip is needed"
+            f"a pile reaches beyond the strip of {strip_m} m: a larger strip is needed"
         )
     for thing in scene.things:
         if not _may_meet(thing) and _covered(thing, scene.camera.frames, x, y):
-            raise DivespotError(f"a pile reaches into {thing}; move one of them")
+            raise DivespotError(
+                f"a pile reaches into {thing}: another place for one of them is needed"
+            )
     _require_held(scene, surface)
 
 
@@ -136,7 +138,7 @@ def _require_held(scene: Scene, surface: Surface) -> None:
         open_side = where.fade > 1 - 1e-9
         behind |= (surface.owner == number) & ~open_side
     if (behind & ~held).any():
-        raise DivespotError("a pile pours over or round a wall; a higher or longer wall is needed")
+        raise DivespotError("a pile pours over or round a wall: a higher or longer wall is needed")
 
 
 def _volumes(scene: Scene, surface: Surface) -> tuple[float, ...]:

@@ -30,10 +30,10 @@ class Wall:
     def __post_init__(self) -> None:
         require_positive(self, "height_m", "thickness_m")
         spans = [b != a for a, b in zip(self.start_m, self.end_m, strict=True)]
-        require(any(spans), f"a wall starts and ends at {self.start_m}; two points are needed")
+        require(any(spans), f"a wall starts and ends at {self.start_m}: two points are needed")
         require(
             not (self.leaned_on and all(spans)),
-            "a wall that piles lean on runs askew; it must run along x or along y",
+            "a wall that piles lean on runs askew: one along x or along y is needed",
         )
 
 
@@ -60,7 +60,7 @@ class Box:
     def __post_init__(self) -> None:
         require(
             all(math.isfinite(side) and side > 0 for side in self.size_m),
-            f"Box.size_m is {self.size_m}; three numbers above 0 are needed",
+            f"Box.size_m is {self.size_m}: three numbers above 0 are needed",
         )
 
 
@@ -99,7 +99,7 @@ class RoundWall:
         require_positive(self, "radius_m", "height_m", "thickness_m")
         require(
             0 < self.turn_deg <= 360,
-            f"RoundWall.turn_deg is {self.turn_deg}; an angle above 0 and up to 360 is needed",
+            f"RoundWall.turn_deg is {self.turn_deg}: an angle above 0 and up to 360 is needed",
         )
 
 

@@ -37,12 +37,12 @@ class Tripod(Camera):
         super().__post_init__()
         require(
             len(self.stations_m) == self.frames,
-            f"Tripod.stations_m holds {len(self.stations_m)} places; {self.frames} are needed",
+            f"Tripod.stations_m holds {len(self.stations_m)} places: {self.frames} are needed",
         )
         low, high = self.elevations_deg
         require(
             -90 <= low < high <= 90,
-            f"Tripod.elevations_deg is {self.elevations_deg}; the lowest before the highest, from "
+            f"Tripod.elevations_deg is {self.elevations_deg}: the lowest before the highest, from "
             "-90 to 90, is needed",
         )
 

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.simulate.floor import Floor
 from divespot.simulate.heap import volume_of_cone
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import Camera, Floor, Pile, Scene
+from divespot.simulate.scene import Camera, Pile, Scene
 from divespot.simulate.shapes import Maker, optical_pose, unlevelled
 from divespot.simulate.surroundings import around, boxes_around
 from divespot.simulate.things import XY, Thing, Wall

@@ -28,4 +28,4 @@ class Vessel:
 
     def __post_init__(self) -> None:
         corners = len(self.outline_m)
-        require(corners >= 3, f"Vessel.outline_m has {corners} corners; 3 or more are needed")
+        require(corners >= 3, f"Vessel.outline_m has {corners} corners: 3 or more are needed")

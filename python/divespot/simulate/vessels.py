@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.simulate.floor import Floor
 from divespot.simulate.level import Level
 from divespot.simulate.pose import Pose
-from divespot.simulate.scene import Camera, Floor, Pile, Scene
+from divespot.simulate.scene import Camera, Pile, Scene
 from divespot.simulate.things import XY, RoundWall, Thing
 from divespot.simulate.varied import log_uniform
 from divespot.simulate.vessel import Vessel

@@ -1,14 +1,14 @@
 """Volumes of one pile by the methods that the paper compares.
 
 Each takes points of shape ``(n, 3)``: x, y and the height above the base, a point a cell. What
-`divespot.measure` found is turned into such points by `bodies_of`, and measured by any method with
-the setting ``method``. All but the voxels need SciPy: ``pip install divespot[methods]``.
+`divespot.measure` found is turned into such points by `bodies_of`; `volumes_m3` measures all of a
+report's piles by any method. All but the voxels need SciPy: ``pip install divespot[methods]``.
 """
 
 from divespot.volume.alpha import alpha_shape
 from divespot.volume.body import Body, bodies_of
 from divespot.volume.hull import hull
-from divespot.volume.methods import METHODS
+from divespot.volume.methods import METHODS, volumes_m3
 from divespot.volume.slices import slices
 from divespot.volume.tin import tin
 from divespot.volume.voxels import inner_voxels
@@ -22,4 +22,5 @@ __all__ = [
     "inner_voxels",
     "slices",
     "tin",
+    "volumes_m3",
 ]

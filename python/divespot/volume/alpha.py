@@ -33,13 +33,23 @@ def alpha_shape(points_m: ArrayLike, alpha_m: float) -> float:
         `points_m` have the wrong shape or are not finite, `alpha_m` is not above 0, or SciPy is
         not installed.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from divespot.volume import alpha_shape
+    >>> x, y = (axis.ravel() for axis in np.meshgrid(np.arange(-20, 21), np.arange(-20, 21)))
+    >>> z = 1 - np.hypot(x, y) / 20  # a cone 1 m high, 2 m wide: 1.047 m3
+    >>> points = np.column_stack([x / 20, y / 20, z])[z >= 0]
+    >>> round(alpha_shape(points, 1.0), 2)
+    1.04
+
     """
     largest_m = positive("alpha_m", alpha_m)
     volumes, radii = tetrahedra(points_m)
     return float(volumes[radii <= largest_m].sum())
 
 
-#: Share of the points' spacing by which they are shaken.
+#: Points are moved at random by this share of their spacing.
 SHAKEN = 0.001
 
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from divespot.directions import Position
     from divespot.grid import HeightMap
-    from divespot.report import Position
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,18 @@ class Body:
 
 
 def bodies_of(report: Report) -> tuple[Body, ...]:
-    """Return the bodies of a report's piles, in its order."""
+    """Return the bodies of a report's piles, in its order.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> from divespot.volume import bodies_of
+    >>> report = divespot.measure(simulate.scan("shape-05", density=0.03).points)
+    >>> [body.points_m.shape[1] for body in bodies_of(report)]
+    [3]
+
+    """
     require_kind("report", report, Report)
     level = report.level
     piles = (outline.corners_m for outline in level.outlines if outline.reason is None)

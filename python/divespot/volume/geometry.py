@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-#: Farther from the origin, coordinates lose their micrometres.
+#: Largest coordinate: a float64 beyond it has lost its micrometres.
 FARTHEST_M = 1e9
 
-#: So many parts of an extent are told apart.
+#: Most parts into which an extent may be divided.
 MOST = 2**32
 
 

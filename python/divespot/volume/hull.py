@@ -27,5 +27,15 @@ def hull(points_m: ArrayLike) -> float:
     DivespotError
         `points_m` have the wrong shape or are not finite, or SciPy is not installed.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from divespot.volume import hull
+    >>> x, y = (axis.ravel() for axis in np.meshgrid(np.arange(-20, 21), np.arange(-20, 21)))
+    >>> z = 1 - np.hypot(x, y) / 20  # a cone 1 m high, 2 m wide: 1.047 m3
+    >>> points = np.column_stack([x / 20, y / 20, z])[z >= 0]
+    >>> round(hull(points), 2)
+    1.05
+
     """
     return hull_measure(above_base(points_m))

@@ -1,80 +1,94 @@
-"""The methods by name, and the objects of a scan measured by one of them."""
+"""The methods by name, and the piles of a report measured by one of them."""
 
 from __future__ import annotations
 
-import dataclasses
-from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
-from divespot.settings import given
+from divespot._arguments import require_kind, shown, word
+from divespot.errors import DivespotError
+from divespot.report import Report
 from divespot.volume.alpha import alpha_shape
-from divespot.volume.body import body
+from divespot.volume.body import bodies_of
 from divespot.volume.hull import hull
 from divespot.volume.slices import slices
 from divespot.volume.tin import tin
 from divespot.volume.voxels import inner_voxels
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from divespot import _native
-    from divespot.grid import HeightMap
-    from divespot.objects import Measured
-    from divespot.settings import Settings
     from divespot.volume.body import Body
 
 #: Radius, in cells, of the disc that rolls around a concave contour.
 REACH_CELLS = 2.0
 
+#: Thickness of a layer of `slices`, in cells, where none is given.
+SLICE_CELLS = 0.25
 
-def _sliced(body: Body, s: Settings) -> float:
-    reach_m = REACH_CELLS * body.cell_m
-    return slices(body.points_m, given(s.slice_m), contour=s.slice_contour, reach_m=reach_m)
-
-
-METHODS: Mapping[str, Callable[[Body, Settings], float]] = MappingProxyType(
-    {
-        "voxels": lambda body, s: inner_voxels(body.points_m, given(s.inner_voxel_m)),
-        "slices": _sliced,
-        "hull": lambda body, _: hull(body.points_m),
-        "alpha": lambda body, s: alpha_shape(body.points_m, given(s.alpha_m)),
-        "tin": lambda body, _: tin(body.points_m, body.outline_m),
-    }
-)
-"""Volume of a body by each method other than the ground grid."""
+Method: TypeAlias = Literal["voxels", "slices", "hull", "alpha", "tin"]
+METHODS: tuple[Method, ...] = get_args(Method)
 
 
-def by_method(
-    grid: HeightMap, measured: Measured, settings: Settings, warn: Callable[[str], None]
-) -> tuple[Measured, Settings]:
-    """Measure the volumes again by the method that was asked for, above the same base.
+def volumes_m3(  # noqa: PLR0913 - one keyword a parameter of a method
+    report: Report,
+    method: Method,
+    *,
+    voxel_m: float | None = None,
+    slice_m: float | None = None,
+    contour: Literal["convex", "concave"] = "convex",
+    alpha_m: float | None = None,
+) -> tuple[float, ...]:
+    """Measure a report's piles again by another method, above the same base.
+
+    Parameters
+    ----------
+    report
+        What `divespot.measure` returned; its own volumes are by the ground grid.
+    method
+        ``voxels``, ``slices``, ``hull``, ``alpha`` or ``tin``: see the functions of
+        `divespot.volume`. All but the first need SciPy.
+    voxel_m
+        Edge of the voxels of ``voxels``; by default that of a cell.
+    slice_m, contour
+        Thickness of the layers of ``slices``, by default a quarter of a cell, and the contour
+        around the points of each.
+    alpha_m
+        Largest radius of ``alpha``; by default the height of the highest pile: no empty sphere
+        inside a pile is larger than half of that, and twice as much is on the safe side of noise.
 
     Returns
     -------
-    measured
-        The objects with their volumes by the method; as they were for ``grid``.
-    settings
-        With the radius of the alpha shape: the height of the highest pile, unless given.
+    volumes_m3
+        One for each of ``report.piles``, in their order. The method's own error is in no u95.
+
+    Raises
+    ------
+    DivespotError
+        There is no such method, a length is not above 0, or SciPy is not installed.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> from divespot.volume import volumes_m3
+    >>> report = divespot.measure(simulate.scan("shape-05", density=0.03).points)
+    >>> [round(volume_m3, 3) for volume_m3 in volumes_m3(report, "tin")]
+    [0.028]
 
     """
-    # No empty sphere inside a pile is larger than half of its height; twice that is on the safe
-    # side of noise.
-    piles = [item for item in measured.objects if item.reason is None] or measured.objects
-    highest = max([grid.cell_m, *(item.max_height_m for item in piles)])
-    settings = settings.completed(alpha_m=highest)
-    if settings.method == "grid" or not measured.objects:
-        return measured, settings
-    warn(
-        f"volumes are by the method {settings.method}; u95_m3 is the ground grid's, without the "
-        "method's own error"
-    )
-    objects = [_remeasured(item, grid, measured, settings) for item in measured.objects]
-    return dataclasses.replace(measured, objects=objects), settings
+    require_kind("report", report, Report)
+    if word("method", method) not in METHODS:
+        raise DivespotError(f"method is {shown(method)}: one of {', '.join(METHODS)} is needed")
+    highest_m = max((pile.max_height_m for pile in report.piles), default=0.0)
 
+    def measured(body: Body) -> float:
+        if method == "voxels":
+            return inner_voxels(body.points_m, body.cell_m if voxel_m is None else voxel_m)
+        if method == "slices":
+            thick_m = SLICE_CELLS * body.cell_m if slice_m is None else slice_m
+            reach_m = REACH_CELLS * body.cell_m
+            return slices(body.points_m, thick_m, contour=contour, reach_m=reach_m)
+        if method == "alpha":
+            largest_m = max(body.cell_m, highest_m) if alpha_m is None else alpha_m
+            return alpha_shape(body.points_m, largest_m)
+        return hull(body.points_m) if method == "hull" else tin(body.points_m, body.outline_m)
 
-def _remeasured(
-    item: _native.RawObject, grid: HeightMap, measured: Measured, settings: Settings
-) -> _native.RawObject:
-    found = body(grid, measured.base_m, item.outline_m)
-    volume = METHODS[settings.method](found, settings)
-    return item.with_volume(max(volume, 0.0), max(-volume, 0.0))
+    return tuple(measured(body) for body in bodies_of(report))

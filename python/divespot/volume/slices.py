@@ -54,6 +54,16 @@ def slices(
         `points_m` have the wrong shape or are not finite, a length is not above 0, or SciPy is
         not installed.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from divespot.volume import slices
+    >>> x, y = (axis.ravel() for axis in np.meshgrid(np.arange(-20, 21), np.arange(-20, 21)))
+    >>> z = 1 - np.hypot(x, y) / 20  # a cone 1 m high, 2 m wide: 1.047 m3
+    >>> points = np.column_stack([x / 20, y / 20, z])[z >= 0]
+    >>> round(slices(points, 0.05), 2)
+    1.07
+
     """
     points = checked(points_m)
     standing = points[points[:, 2] > 0.0]

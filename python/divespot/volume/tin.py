@@ -33,6 +33,16 @@ def tin(points_m: ArrayLike, outline_m: ArrayLike | None = None) -> float:
     DivespotError
         `points_m` have the wrong shape or are not finite, or SciPy is not installed.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from divespot.volume import tin
+    >>> x, y = (axis.ravel() for axis in np.meshgrid(np.arange(-20, 21), np.arange(-20, 21)))
+    >>> z = 1 - np.hypot(x, y) / 20  # a cone 1 m high, 2 m wide: 1.047 m3
+    >>> points = np.column_stack([x / 20, y / 20, z])[z >= 0]
+    >>> round(tin(points), 2)
+    1.05
+
     """
     points = checked(points_m)
     corners = points[simplices(points[:, :2])]

@@ -34,6 +34,16 @@ def inner_voxels(points_m: ArrayLike, voxel_m: float) -> float:
         `points_m` have the wrong shape or are not finite, or `voxel_m` is not above 0 or gives
         more than 2**32 voxels.
 
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from divespot.volume import inner_voxels
+    >>> x, y = (axis.ravel() for axis in np.meshgrid(np.arange(-20, 21), np.arange(-20, 21)))
+    >>> z = 1 - np.hypot(x, y) / 20  # a cone 1 m high, 2 m wide: 1.047 m3
+    >>> points = np.column_stack([x / 20, y / 20, z])[z >= 0]
+    >>> round(inner_voxels(points, 0.05), 2)
+    1.05
+
     """
     points = checked(points_m)
     extent_m = float(np.ptp(points, axis=0).max()) if len(points) else 0.0

@@ -65,6 +65,18 @@ impl Cloud {
     /// The origin is the lowest corner of the bounding box: it does not depend on the order of
     /// the points, moves with them, and leaves coordinates exact that are exact in binary.
     /// `threads` = 0 takes every core that the process may use; each row is read twice.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use divespot_core::Cloud;
+    ///
+    /// let rows = [[500_000.0, 5_000_000.0, 312.0], [f64::NAN; 3], [500_001.0, 5_000_002.0, 313.0]];
+    /// let cloud = Cloud::new(rows.len(), 1, |row| rows[row]);
+    /// assert_eq!(cloud.origin, [500_000.0, 5_000_000.0, 312.0]);
+    /// assert_eq!(cloud.points, [[0.0; 3], [1.0, 2.0, 1.0]]);
+    /// assert_eq!(cloud.rows, Some(vec![0, 2]));
+    /// ```
     #[must_use]
     pub fn new(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Self {
         let threads = thread_count(threads);

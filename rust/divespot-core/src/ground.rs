@@ -106,6 +106,26 @@ pub struct Frame {
 /// # Errors
 ///
 /// As [`fit_plane`].
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::ground::{Axis, Frame, Up, find_ground};
+/// use divespot_core::plane::Settings;
+/// use divespot_core::survey::survey;
+///
+/// // A floor of 40 by 40 points, 2 cm apart.
+/// let floor: Vec<Point> =
+///     (0..1600).map(|i| [f64::from(i % 40) * 0.02, f64::from(i / 40) * 0.02, 0.0]).collect();
+/// let settings =
+///     Settings { threshold_m: 0.01, hypotheses: 1000, cone: None, seed: 0, threads: 0 };
+/// let frame = Frame { sensor: None, z: Axis::Up };
+/// let ground = find_ground(&floor, &survey(&floor, 0, 0)?.normals, &settings, frame)?;
+/// assert_eq!(ground.up, Up::SmallTilt);
+/// assert!(ground.plane.normal[2] > 0.999);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn find_ground(
     points: &[Point],
     normals: &[Normal],

@@ -39,6 +39,19 @@ pub enum GroundRule {
 ///
 /// # Errors
 /// As [`height_histogram`]; [`Error::Setting`] unless `lower_fraction` is above 0 and up to 1.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::{GroundRule, ground_height};
+///
+/// // A hundred heights on the ground, and ten of a pile above it.
+/// let heights: Vec<f64> =
+///     (0..110).map(|i| if i < 100 { 0.25 } else { 0.3 + f64::from(i - 100) * 0.01 }).collect();
+/// let ground = ground_height(&heights, 0.01, 5, GroundRule::Lower, 0.5)?;
+/// assert!((ground - 0.25).abs() < 0.01);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn ground_height(
     heights: &[f64],
     bin_m: f64,

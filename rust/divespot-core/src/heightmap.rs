@@ -145,6 +145,18 @@ const NOTHING: Sums = Sums { count: 0, xyz: [0; 3] };
 /// # Errors
 ///
 /// No points, a cell that is not above zero, or too many cells (see [`Grid::over`]).
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::heightmap::height_map;
+///
+/// let points = [[0.0, 0.0, 1.0], [0.5, 0.0, 2.0], [1.0, 0.0, 3.0]];
+/// let map = height_map(&points, 0.5)?;
+/// assert_eq!((map.grid.columns, map.grid.rows), (3, 1));
+/// assert_eq!(map.counts, [1, 1, 1]);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
     height_map_within(points, &bounds(points)?, cell_m)
 }
@@ -263,6 +275,16 @@ impl Volume {
 /// Integrates heights above their base: the sum of cell area times height, cut and fill apart.
 ///
 /// Cells whose height is NaN are left out; the caller fills or counts them.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::heightmap::integrate;
+///
+/// let volume = integrate([2.0, 1.0, -1.0, f64::NAN], 0.5);
+/// assert_eq!((volume.cut_m3, volume.fill_m3, volume.area_m2), (0.75, 0.25, 0.75));
+/// assert_eq!(volume.net_m3(), 0.5);
+/// ```
 #[must_use]
 pub fn integrate(heights_above_base_m: impl IntoIterator<Item = f64>, cell_m: f64) -> Volume {
     let (mut cut, mut fill, mut cells) = (0.0, 0.0, 0.0);

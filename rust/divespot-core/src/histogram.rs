@@ -63,6 +63,16 @@ fn cells(above: f64, bin_m: f64) -> f64 {
 /// # Errors
 /// [`Error::Setting`] unless `bin_m` is finite and above zero and `window` odd,
 /// [`Error::TooFewPoints`] without heights, [`Error::GridTooLarge`] beyond 2²⁴ bins.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::height_histogram;
+///
+/// let histogram = height_histogram(&[0.0, 0.0, 0.0, 1.0], 1.0, 1)?;
+/// assert_eq!(histogram.counts, [3, 1]);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn height_histogram(heights: &[f64], bin_m: f64, window: usize) -> Result<HeightHistogram> {
     positive("bin_m", bin_m)?;
     if window.is_multiple_of(2) {

@@ -25,6 +25,17 @@ const MARGIN: f64 = 1.0 + 1e-6;
 ///
 /// # Errors
 /// [`Error::Setting`](crate::Error::Setting) unless `radius_m` is finite and above zero.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::radius_outlier_mask;
+///
+/// let points = [[0.0; 3], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [1.0, 1.0, 1.0]];
+/// let kept = radius_outlier_mask(&points, 0.05, 2, 0)?;
+/// assert_eq!(kept, [true, true, true, false]);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn radius_outlier_mask(
     points: &[Point],
     radius_m: f64,

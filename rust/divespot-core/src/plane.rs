@@ -77,6 +77,23 @@ pub struct Settings {
 ///
 /// Fewer than three points, all points on one line, no plane inside the cone, or a setting outside
 /// its range.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::plane::{Settings, fit_plane};
+///
+/// // A floor of 40 by 40 points, 2 cm apart.
+/// let floor: Vec<Point> =
+///     (0..1600).map(|i| [f64::from(i % 40) * 0.02, f64::from(i / 40) * 0.02, 0.0]).collect();
+/// let settings =
+///     Settings { threshold_m: 0.01, hypotheses: 1000, cone: None, seed: 0, threads: 0 };
+/// let plane = fit_plane(&floor, &settings)?;
+/// assert_eq!(plane.inliers, 1600);
+/// assert!((plane.normal[2] - 1.0).abs() < 1e-12 && plane.offset_m.abs() < 1e-12);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
     positive("threshold_m", settings.threshold_m)?;
     if points.len() < 3 {

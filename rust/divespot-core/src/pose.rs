@@ -21,6 +21,17 @@ pub type Rotation = [[f64; 3]; 3];
 /// # Errors
 ///
 /// A normal of length zero or with non-finite components.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::pose::{rotate, rotation_to_z};
+///
+/// let rotation = rotation_to_z([2.0, 0.0, 0.0])?;
+/// let turned = rotate(&[[1.0, 0.0, 0.0]], &rotation, 1);
+/// assert!((turned[0][2] - 1.0).abs() < 1e-12);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
     let normal = Vector3::from(normal);
     let unit = Unit::try_new(normal / normal.amax(), 0.0)
@@ -40,6 +51,19 @@ pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
 /// # Errors
 ///
 /// As [`rotation_to_z`].
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::pose::{leveling, rotate};
+///
+/// // The corners of an upright rectangle, 2 m long and 1 m high.
+/// let wall = [[0.0; 3], [0.0, 2.0, 0.0], [0.0, 2.0, 1.0], [0.0, 0.0, 1.0]];
+/// let laid = rotate(&wall, &leveling(&wall, [1.0, 0.0, 0.0], 1)?, 1);
+/// assert!(laid.iter().all(|p| p[2].abs() < 1e-12));
+/// assert!(((laid[1][0] - laid[0][0]).abs() - 2.0).abs() < 1e-12, "the longer side is along x");
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn leveling(points: &[Point], normal: Point, threads: usize) -> Result<Rotation> {
     let upright = rotation_to_z(normal)?;
     let along = align_to_rectangle(&rotate(points, &upright, threads), threads);

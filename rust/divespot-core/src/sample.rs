@@ -24,6 +24,19 @@ const SHELLS: f64 = (1u64 << 20) as f64;
 /// A point's place follows from `seed` and from its distance to the middle of the cloud, as a
 /// multiple of the root mean square of all distances: a cloud that is shuffled, moved, turned or
 /// scaled gives the same sample, but for a few points that rounding puts into another shell.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::sample::sample;
+///
+/// let points: Vec<Point> = (0..1000).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+/// let drawn = sample(&points, 10, 7, 0);
+/// let reversed: Vec<Point> = points.iter().rev().copied().collect();
+/// assert_eq!(drawn.len(), 10);
+/// assert_eq!(drawn, sample(&reversed, 10, 7, 0));
+/// ```
 #[must_use]
 pub fn sample(points: &[Point], count: usize, seed: u64, threads: usize) -> Vec<Point> {
     let mut drawn = lowest(points, count, seed, thread_count(threads));

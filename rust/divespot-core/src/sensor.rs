@@ -40,6 +40,21 @@ type Vector = nalgebra::Vector3<f64>;
 ///
 /// Below 1, the points lie more evenly in direction than anywhere else. `None` where no sensor can
 /// have stood there: it would see one thing behind another, all around itself, or too little.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::sensor::unevenness_of_rays;
+///
+/// // What a camera at the origin sees of a floor aslant: rays at equal steps.
+/// let seen: Vec<Point> = (0..10_000)
+///     .map(|i| [f64::from(i % 100) * 0.01 - 0.5, f64::from(i / 100) * 0.01 - 0.5, 1.0])
+///     .map(|ray| ray.map(|v| v * 2.0 / (1.0 + ray[1])))
+///     .collect();
+/// let uneven = unevenness_of_rays(&seen, [0.0; 3], 0, 0);
+/// assert!(uneven.is_some_and(|uneven| uneven < 0.5));
+/// ```
 #[must_use]
 pub fn unevenness_of_rays(points: &[Point], from: Point, seed: u64, threads: usize) -> Option<f64> {
     let threads = thread_count(threads);

@@ -66,6 +66,18 @@ impl Spans {
 /// # Errors
 ///
 /// The line is so intricate that its edges overlap from all sides.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::simple_polygon::first_crossing;
+///
+/// let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+/// assert_eq!(first_crossing(&square)?, None);
+/// let bow_tie = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
+/// assert_eq!(first_crossing(&bow_tie)?, Some(0));
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn first_crossing(line: &[Place]) -> Result<Option<usize>> {
     let mut join = Join { line, tree: tree(line), pairs: 0, first: None };
     let mut waiting = vec![(1, 1)];
@@ -170,6 +182,16 @@ fn coord([x, y]: Place) -> Coord<f64> {
 }
 
 /// Whether a place lies inside an odd number of closed lines.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::simple_polygon::contains;
+///
+/// let square = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+/// assert!(contains(&[square.clone()], [0.5, 0.5]));
+/// assert!(!contains(&[square], [1.5, 0.5]));
+/// ```
 #[must_use]
 pub fn contains(lines: &[Vec<Place>], place: Place) -> bool {
     lines.iter().fold(false, |inside, line| inside ^ is_inside(line, place))

@@ -31,6 +31,21 @@ const CHUNK: usize = 256;
 /// Of two points that
 /// cannot both lie on the surface the one goes that fewer others agree with, unless half of its
 /// neighbours do. The same points give the same mask in any order.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::strays::surface_mask;
+///
+/// // A floor of 40 by 40 points, 2 cm apart.
+/// let mut points: Vec<Point> =
+///     (0..1600).map(|i| [f64::from(i % 40) * 0.02, f64::from(i / 40) * 0.02, 0.0]).collect();
+/// points.push([0.4, 0.4, 0.5]); // half a metre above the floor
+/// let mask = surface_mask(&points, 0);
+/// assert!(!mask[1600]);
+/// assert!(mask.iter().filter(|&&on| on).count() > 1500);
+/// ```
 #[must_use]
 pub fn surface_mask(points: &[Point], threads: usize) -> Vec<bool> {
     let mut rows: Vec<u32> = (0..points.len() as u32).collect();

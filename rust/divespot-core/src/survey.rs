@@ -75,6 +75,22 @@ struct Neighborhood {
 /// # Errors
 ///
 /// Fewer than five distinct positions.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::survey::survey;
+///
+/// // A floor of 40 by 40 points, 2 cm apart.
+/// let floor: Vec<Point> =
+///     (0..1600).map(|i| [f64::from(i % 40) * 0.02, f64::from(i / 40) * 0.02, 0.0]).collect();
+/// let found = survey(&floor, 0, 0)?;
+/// assert!(found.regular);
+/// assert!((found.spacing_m - 0.02).abs() < 1e-9);
+/// assert!(found.roughness_m < 1e-9);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
     let seen = match neighborhoods(points, seed, threads)? {
         seen if seen.iter().any(|n| n.crowded) => neighborhoods(&distinct(points), seed, threads)?,
@@ -127,6 +143,18 @@ fn distinct(points: &[Point]) -> Vec<Point> {
 /// # Errors
 ///
 /// Fewer than five distinct positions.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::{Point, point_spacing};
+///
+/// // A floor of 40 by 40 points, 2 cm apart.
+/// let floor: Vec<Point> =
+///     (0..1600).map(|i| [f64::from(i % 40) * 0.02, f64::from(i / 40) * 0.02, 0.0]).collect();
+/// assert!((point_spacing(&floor, 0)? - 0.02).abs() < 1e-9);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn point_spacing(points: &[Point], seed: u64) -> Result<f64> {
     survey(points, seed, 1).map(|survey| survey.spacing_m)
 }

@@ -48,6 +48,19 @@ type Face<'a> = FaceHandle<'a, InnerTag, Vertex, (), (), ()>;
 /// # Errors
 ///
 /// As [`crate::heightmap::height_map`].
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::tin::height_map;
+///
+/// // Four corners of a roof that rises by 1 m over 1 m.
+/// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
+/// let map = height_map(&corners, 0.1)?;
+/// let middle = map.grid.columns / 2 + map.grid.columns * (map.grid.rows / 2);
+/// assert!((map.heights_m[middle] - map.grid.center(middle)[0]).abs() < 0.05);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
     height_map_within(points, &bounds(points)?, cell_m)
 }

@@ -68,6 +68,30 @@ pub struct Clusters {
 ///
 /// [`Error::Setting`] for settings out of range, [`Error::Degenerate`] for coordinates that are
 /// not finite or more than 2³¹ points.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::hdbscan::{Selection, Settings, hdbscan};
+///
+/// // Two rows of ten points, a metre apart, and a stray.
+/// let row = |y: f64| (0..10).map(move |i| [f64::from(i) * 0.01, y, 0.0]);
+/// let points: Vec<Point> = row(0.0).chain(row(1.0)).chain([[9.0; 3]]).collect();
+/// let settings = Settings {
+///     min_cluster_size: 5,
+///     min_samples: 3,
+///     cluster_selection_epsilon: 0.0,
+///     selection: Selection::ExcessOfMass,
+///     allow_single_cluster: false,
+///     threads: 0,
+/// };
+/// let found = hdbscan(&points, &settings)?;
+/// assert_eq!(found.labels[..10], [0; 10]);
+/// assert_eq!(found.labels[10..20], [1; 10]);
+/// assert_eq!(found.labels[20], -1);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn hdbscan(points: &[Point], settings: &Settings) -> Result<Clusters> {
     settings.check()?;
     let frame = Frame::around(points)?;

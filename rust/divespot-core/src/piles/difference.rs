@@ -56,6 +56,39 @@ impl Seen {
 ///
 /// No base, numbers of heights or points that are not the number of cells, or too few heights for
 /// a surface.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::heightmap::height_map;
+/// use divespot_core::piles::{Base, Seen, Settings, Surface, measure_difference};
+///
+/// // A cone 0.2 m high and 0.8 m wide on a floor, a point each 2 cm.
+/// let cone = |x: f64, y: f64| (0.2 - 0.5 * (x - 1.0).hypot(y - 1.0)).max(0.0);
+/// let places = (0..10_000).map(|i| [f64::from(i % 100) * 0.02, f64::from(i / 100) * 0.02]);
+/// let points: Vec<_> = places.map(|[x, y]| [x, y, cone(x, y)]).collect();
+/// let map = height_map(&points, 0.04)?;
+/// let seen = |heights_m: Vec<f64>| Seen { heights_m, counts: map.counts.clone(), loose: Vec::new() };
+/// let empty = seen(vec![0.0; map.grid.len()]);
+/// let grid = &map.grid;
+/// let ground = Base::ground(0.0, 0.001, 0.001);
+/// let settings = Settings {
+///     toe_cells: 3,
+///     ring_share: 0.15,
+///     margin_m: 0.02,
+///     base: Some(Base::on(Surface::over(*grid, empty.heights_m.clone())?, 0.001)),
+///     compared: Vec::new(),
+///     ground,
+///     link_cells: 2,
+///     fewest_cells: 20,
+///     threads: 0,
+/// };
+/// let later = seen(map.heights_m.clone());
+/// let objects = measure_difference(grid, &later, Some(&empty), &settings)?;
+/// let truth_m3 = std::f64::consts::PI * 0.4_f64.powi(2) * 0.2 / 3.0;
+/// assert!((objects[0].volume.net_m3() / truth_m3 - 1.0).abs() < 0.02);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn measure_difference(
     grid: &Grid,
     later: &Seen,

@@ -11,6 +11,17 @@ use crate::heightmap::Grid;
 ///
 /// Pieces of fewer than `fewest` cells are nobody's. Of two pieces of equal size the one with the
 /// lower first cell comes first.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::heightmap::Grid;
+/// use divespot_core::piles::pieces;
+///
+/// let grid = Grid { origin_m: [0.0, 0.0], cell_m: 1.0, columns: 6, rows: 1 };
+/// let labels = pieces(&grid, &[0, 0, -1, -1, 0, -1], 1, 1);
+/// assert_eq!(labels, [0, 0, -1, -1, 1, -1]);
+/// ```
 #[must_use]
 pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> {
     let mut left = labels.to_vec();

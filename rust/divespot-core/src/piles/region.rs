@@ -189,6 +189,39 @@ fn slope(patch: &Patch, heights: &[f64], cell: usize, k: usize) -> f64 {
 ///
 /// A number of heights that is not the number of cells, a region over which nothing was seen, or
 /// one whose lines overlap.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::heightmap::height_map;
+/// use divespot_core::piles::{Base, Found, Region, Settings, measure_inside};
+///
+/// // A cone 0.2 m high and 0.8 m wide on a floor, a point each 2 cm.
+/// let cone = |x: f64, y: f64| (0.2 - 0.5 * (x - 1.0).hypot(y - 1.0)).max(0.0);
+/// let places = (0..10_000).map(|i| [f64::from(i % 100) * 0.02, f64::from(i / 100) * 0.02]);
+/// let points: Vec<_> = places.map(|[x, y]| [x, y, cone(x, y)]).collect();
+/// let map = height_map(&points, 0.04)?;
+/// let grid = &map.grid;
+/// let ground = Base::ground(0.0, 0.001, 0.001);
+/// let settings = Settings {
+///     toe_cells: 3,
+///     ring_share: 0.15,
+///     margin_m: 0.02,
+///     base: Some(ground.clone()),
+///     compared: Vec::new(),
+///     ground,
+///     link_cells: 2,
+///     fewest_cells: 20,
+///     threads: 0,
+/// };
+/// let found = Found::on_all_else(vec![-1; grid.len()]);
+/// let around = Region { rings: vec![vec![[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5]]] };
+/// let objects = measure_inside(grid, &map.heights_m, &[around], &found, &settings)?;
+/// let truth_m3 = std::f64::consts::PI * 0.4_f64.powi(2) * 0.2 / 3.0;
+/// assert!((objects[0].footprint_m2 - 1.0).abs() < 1e-9, "exact to the line");
+/// assert!((objects[0].volume.net_m3() / truth_m3 - 1.0).abs() < 0.01);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn measure_inside(
     grid: &Grid,
     heights_m: &[f64],

@@ -41,6 +41,23 @@ pub struct Hills {
 /// # Errors
 ///
 /// A number of heights that is not the number of cells.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::heightmap::height_map;
+/// use divespot_core::surface::hills;
+///
+/// // A cone 0.2 m high and 0.8 m wide on a floor, a point each 2 cm.
+/// let cone = |x: f64, y: f64| (0.2 - 0.5 * (x - 1.0).hypot(y - 1.0)).max(0.0);
+/// let places = (0..10_000).map(|i| [f64::from(i % 100) * 0.02, f64::from(i / 100) * 0.02]);
+/// let points: Vec<_> = places.map(|[x, y]| [x, y, cone(x, y)]).collect();
+/// let map = height_map(&points, 0.04)?;
+/// let found = hills(&map.grid, &map.heights_m)?;
+/// assert_eq!(found.labels.iter().max(), Some(&0), "one hill");
+/// assert!(found.ground.iter().filter(|&&ground| ground).count() > 1500);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
     if heights_m.len() != grid.len() {
         return Err(Error::Degenerate("one height for each cell is needed"));

@@ -31,6 +31,23 @@ const LAYER_CELLS: f64 = 0.6;
 /// # Errors
 ///
 /// As [`Grid::over`].
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Point;
+/// use divespot_core::surface::surface_points;
+///
+/// // A cone 0.2 m high and 0.8 m wide on a floor, a point each 2 cm, and a board 1 m above it.
+/// let cone = |x: f64, y: f64| (0.2 - 0.5 * (x - 1.0).hypot(y - 1.0)).max(0.0);
+/// let places = (0..10_000).map(|i| [f64::from(i % 100) * 0.02, f64::from(i / 100) * 0.02]);
+/// let mut points: Vec<Point> = places.map(|[x, y]| [x, y, cone(x, y)]).collect();
+/// points.extend((0..100).map(|i| [0.9 + f64::from(i % 10) * 0.02, 0.9 + f64::from(i / 10) * 0.02, 1.2]));
+/// let on = surface_points(&points, 0.04, 0.001, false)?;
+/// assert!(on[..10_000].iter().all(|&on| on));
+/// assert!(on[10_000..].iter().all(|&on| !on), "what hangs over the cone is no part of it");
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn surface_points(
     points: &[Point],
     cell_m: f64,

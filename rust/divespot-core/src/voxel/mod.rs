@@ -36,6 +36,18 @@ pub struct Voxels {
 /// # Errors
 /// [`Error::Setting`] unless `voxel_m` is finite and above zero, [`Error::GridTooLarge`] where
 /// an axis has more voxels than an `f64` can tell apart.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::voxel_downsample;
+///
+/// let points = [[0.0; 3], [0.25, 0.0, 0.0], [5.0, 0.0, 0.0]];
+/// let voxels = voxel_downsample(&points, 1.0, 0)?;
+/// assert_eq!(voxels.means, [[0.125, 0.0, 0.0], [5.0, 0.0, 0.0]]);
+/// assert_eq!(voxels.counts, [2, 1]);
+/// # Ok::<(), divespot_core::Error>(())
+/// ```
 pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Result<Voxels> {
     thinned(points, voxel_m, threads, false).map(|(voxels, _)| voxels)
 }

@@ -1,0 +1,155 @@
+"""From what the kernels found to the piles of the report, and what to doubt of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot.level import Outline
+from divespot.mass import mass_kg
+from divespot.pose import FLAT_SHARE
+from divespot.report import COVERAGE, Budget, Ground, Pile
+
+if TYPE_CHECKING:
+    from divespot import _native
+    from divespot.directions import Position
+    from divespot.frame import Frame
+    from divespot.ground_level import GroundLevel
+    from divespot.intake import Cloud
+    from divespot.objects import Measured
+    from divespot.pose import Pose
+    from divespot.rounding import Rounding
+    from divespot.settings import Settings
+
+#: A base that was asked for is doubted where its uncertainty is more than this share of the volume:
+#: the ground around the pile then lies elsewhere.
+OFF_SHARE = 0.05
+
+
+def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
+    """Describe the ground in the scan's own frame, in metres."""
+    normal = pose.plane.normal
+    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
+    share = pose.plane.inliers / points
+    return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)
+
+
+def describe(
+    measured: Measured, frame: Frame, rounding: Rounding, settings: Settings
+) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
+    """Return piles and other objects, each largest first, placed in the scan's own frame."""
+    found = _largest_first(measured.objects)
+    described = [_pile(item, measured, frame, rounding, settings) for item in found]
+    piles = [item for item in described if item.reason is None]
+    others = [item for item in described if item.reason is not None]
+    return _numbered(piles), _numbered(others)
+
+
+def outlines(measured: Measured) -> tuple[Outline, ...]:
+    """Return the outlines in the level frame, in the order of `describe`."""
+    found = _largest_first(measured.objects)
+    return tuple(Outline(tuple(o.outline_m), o.reason) for o in found)
+
+
+def _largest_first(objects: list[_native.RawObject]) -> list[_native.RawObject]:
+    return sorted(objects, key=lambda o: o.fill_m3 - o.cut_m3)
+
+
+def _numbered(items: list[Pile]) -> tuple[Pile, ...]:
+    return tuple(dataclasses.replace(item, id=i) for i, item in enumerate(items, start=1))
+
+
+def _pile(
+    raw: _native.RawObject,
+    measured: Measured,
+    frame: Frame,
+    rounding: Rounding,
+    settings: Settings,
+) -> Pile:
+    def place(position: Position) -> Position:
+        x, y, z = frame.to_scan(np.array(position)).tolist()
+        return x, y, z
+
+    factor = settings.stages.factor
+    terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
+    own = {term: factor * getattr(raw, term) for term in terms}
+    budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
+    volume = factor * (raw.cut_m3 - raw.fill_m3)
+    mass, u_mass = mass_kg(volume, budget.combined_m3(), settings)
+    return Pile(
+        id=0,
+        volume_m3=volume,
+        u95_m3=COVERAGE * budget.combined_m3(),
+        cut_m3=factor * raw.cut_m3,
+        fill_m3=factor * raw.fill_m3,
+        footprint_m2=raw.footprint_m2,
+        max_height_m=raw.max_height_m,
+        centroid_m=place(raw.centroid_m),
+        outline_m=tuple(place(corner) for corner in raw.outline_m),
+        seen_fraction=raw.seen_fraction,
+        touches_edge=raw.touches_edge,
+        leans_on_wall=raw.leans_on_wall,
+        mass_kg=mass,
+        u95_mass_kg=None if u_mass is None else COVERAGE * u_mass,
+        base=raw.base if settings.base == "local" else settings.base.partition("=")[0],
+        budget=budget,
+        volume_by_base_m3=_by_base(raw, measured, factor),
+        name=measured.names[raw.label] if measured.names else None,
+        reason=raw.reason,
+    )
+
+
+def _by_base(raw: _native.RawObject, measured: Measured, factor: float) -> dict[str, float] | None:
+    if not raw.compared_m3:
+        return None
+    volumes = (factor * volume for volume in raw.compared_m3)
+    return dict(zip(measured.compared, volumes, strict=True))
+
+
+def doubts(
+    piles: tuple[Pile, ...], others: tuple[Pile, ...], pose: Pose, points: int, settings: Settings
+) -> list[str]:
+    """Return what a user should know before trusting the numbers."""
+    found = []
+    if not piles:
+        nothing = (
+            f"nothing of {settings.stages.min_cluster_size} cells or more stands higher than "
+            f"margin_m = {settings.margin_m:.2g} above the ground"
+        )
+        what = f"{len(others)} other objects were found" if others else nothing
+        found.append(f"no pile was found: {what}")
+    share = pose.plane.inliers / points
+    if share < FLAT_SHARE and not settings.base.startswith("surface="):
+        found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
+    found += [
+        f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "
+        "its volume is an estimate and not in the total"
+        for item in others
+        if item.reason == "too little seen"
+    ]
+    for pile in piles:
+        found += _doubts_of(pile, settings)
+    if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
+        found.append("the density was taken as exact: density_u_kg_m3 is its standard uncertainty")
+    return found
+
+
+def _doubts_of(pile: Pile, settings: Settings) -> list[str]:
+    found = []
+    if pile.touches_edge:
+        found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
+    if pile.base == "ground":
+        found.append(
+            f"pile {pile.id} stands on the level of the whole ground: none was seen around it"
+        )
+    # A height that was given may well lie off the ground.
+    own = settings.base == "local" or pile.base == "height"
+    if not own and pile.budget.base_m3 > OFF_SHARE * abs(pile.volume_m3):
+        off_m = pile.budget.base_m3 / pile.footprint_m2
+        found.append(
+            f"the ground around pile {pile.id} lies about {off_m:.2g} m off the base "
+            f"{settings.base}: was another one meant?"
+        )
+    return found

@@ -1,0 +1,140 @@
+"""How lengths that nobody gave follow from the scan."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.materials import MATERIALS
+from divespot.plane import fit_plane
+from divespot.settings import given
+
+if TYPE_CHECKING:
+    from divespot._typed import PaperChanges
+    from divespot.settings import Settings
+    from divespot.spacing import Survey
+
+#: Flattest angle at which bulk material lies. Below the margin, a pile's toe is no wider than
+#: margin / tan of it.
+FLATTEST_REPOSE_DEG = 15.0
+
+#: A pile on this share of the scene is to hold 200 points, 60 on a regular raster, where all cells
+#: hold equally many: fifty cells of four points each. With fewer, gaps, the toe and a wall beside
+#: the pile weigh too much in the means over cells, and the surface is triangulated instead, which
+#: takes several times as long.
+PILE_SHARE, PILE_POINTS, REGULAR_POINTS = 0.01, 200, 60
+
+#: A point within so many standard deviations of a plane supports it.
+SIGMAS = 4.0
+
+#: Edge of a cell, in point spacings, where the surface is triangulated.
+FINE = 1.0 / 3.0
+
+#: Thresholds that are tried for the flattest plane, each half of the one before.
+HALVINGS = 8
+
+#: The ground holds at least this share of the points. Of normally distributed values, that share
+#: lies within 0.385 standard deviations of the mean.
+FLAT_SHARE = 0.3
+FLAT_QUANTILE = 0.385
+
+
+#: Least threshold, for clouds without noise: this share of the one that follows from the spacing.
+SMALLEST = 1e-3
+
+
+def by_survey(settings: Settings, survey: Survey, points: int) -> Settings:
+    """Return settings with the lengths that follow from the cloud of so many points.
+
+    A length is a multiple of the point spacing; of the roughness, where the sensor's noise
+    is the coarser of the two.
+    """
+    spacing = _spacing(survey)
+    enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
+    few = points < enough and settings.surface != "cells"
+    cell = spacing * (FINE if few else 2.0) if settings.cell_m is None else settings.cell_m
+    fitting: Any = "triangles" if cell < spacing else "cells"
+    chosen = settings.changed(surface=fitting if settings.surface == "auto" else settings.surface)
+    derived: PaperChanges = {
+        "radius_m": 4.0 * spacing,
+        "voxel_m": 2.0 * spacing,
+        "cell_m": cell,
+        "fine_radius_m": 2.5 * cell,
+        "link_m": 2.5 * cell,
+    }
+    derived |= _density(settings)
+    if chosen.surface != "triangles":
+        derived |= ground_lengths(survey)
+    return chosen.completed(**derived)
+
+
+def by_flatness(settings: Settings, flatness_m: float) -> Settings:
+    """Return settings with the lengths that follow from the ground's standard deviation.
+
+    Where points are as far apart as piles are high, their spacing does not tell it.
+    """
+    return settings.completed(plane_threshold_m=SIGMAS * flatness_m, bin_m=flatness_m)
+
+
+def by_noise(settings: Settings, noise_m: float) -> Settings:
+    """Return resolved settings with the lengths that follow from the noise of the ground."""
+    cell = given(settings.cell_m)
+    margin = max(4.0 * noise_m, 0.5 * cell) if settings.margin_m is None else settings.margin_m
+    return settings.completed(
+        margin_m=margin,
+        toe_m=margin / math.tan(math.radians(FLATTEST_REPOSE_DEG)) + cell,
+    )
+
+
+def _density(settings: Settings) -> PaperChanges:
+    """Return what follows from the material, unless a density is given."""
+    material = MATERIALS.get(settings.material or "")
+    if material is None or settings.density_kg_m3 is not None:
+        return {"density_u_kg_m3": 0.0}
+    return {
+        "density_kg_m3": material.density_kg_m3,
+        "density_u_kg_m3": material.density_u_kg_m3,
+    }
+
+
+def ground_lengths(survey: Survey) -> PaperChanges:
+    """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
+    spacing = _spacing(survey)
+    roughness = _rounded(survey.roughness_m)
+    return {
+        "plane_threshold_m": max(1.5 * spacing, SIGMAS * roughness),
+        "bin_m": max(roughness, spacing / 8.0),
+    }
+
+
+def _spacing(survey: Survey) -> float:
+    """Return the spacing that lengths are multiples of; a raster has exactly its own."""
+    return survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
+
+
+def _rounded(length_m: float) -> float:
+    """Return the nearest of sixteen lengths in a factor of two.
+
+    So chance does not reach the size of a cell: a scan that is moved or turned keeps its cells.
+    """
+    return 2.0 ** (round(16.0 * math.log2(length_m)) / 16.0) if length_m > 0.0 else 0.0
+
+
+def flatness(found: Survey, settings: Settings) -> float:
+    """Return the standard deviation of the flattest part of a cloud about its plane, in metres.
+
+    Where points are as far apart as piles are high, neighbours do not tell how thick the ground
+    is, and a threshold by their spacing takes the piles for a part of it. Of the planes within
+    ever smaller thresholds the one is taken to which the nearest share of the surveyed points
+    lies nearest (least quantile of squares).
+    """
+    widest_m = given(ground_lengths(found)["plane_threshold_m"])
+    least = widest_m * FLAT_QUANTILE / SIGMAS
+    for halvings in range(HALVINGS):
+        threshold_m = widest_m / 2.0**halvings
+        plane = fit_plane(found.at_m, threshold_m, seed=settings.seed, threads=settings.threads)
+        off = np.abs(found.at_m @ np.array(plane.normal) - plane.offset_m)
+        least = min(least, float(np.quantile(off, FLAT_SHARE)))
+    return max(least / FLAT_QUANTILE, SMALLEST * widest_m)

@@ -1,0 +1,100 @@
+"""Files of what was found, for later scans: the base in force, and the piles' outlines."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot._arguments import require_kind
+from divespot.errors import DivespotError
+from divespot.io import write
+from divespot.output import refuse_inputs, write_text
+from divespot.report import Report
+
+if TYPE_CHECKING:
+    import os
+
+#: Endings of files that keep every digit of a base.
+SAVED = (".ply", ".npy", ".xyz")
+
+
+def save_base(report: Report, path: str | os.PathLike[str]) -> None:
+    """Write the base in force, for ``base="surface=..."`` of later scans.
+
+    Parameters
+    ----------
+    report
+        What `divespot.measure` returned.
+    path
+        ``.ply``, ``.npy`` or ``.xyz``: a point in the middle of each cell, in the scan's own
+        frame and unit.
+
+    Raises
+    ------
+    DivespotError
+        Another ending, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> scan = simulate.scan("shape-05", density=0.03)
+    >>> divespot.save_base(divespot.measure(scan.points), "floor.ply")
+    >>> again = divespot.measure(scan.points, base="surface=floor.ply")
+    >>> again.piles[0].base
+    'surface'
+
+    """
+    require_kind("report", report, Report)
+    if not str(path).lower().endswith(SAVED):
+        raise DivespotError(f"{path}: a base is saved as one of {', '.join(SAVED)}")
+    refuse_inputs(path, "the base", report.inputs)
+    level = report.level
+    x, y = level.height_map.centers_m()
+    places = np.stack([x, y, level.base_m], axis=-1)
+    write(path, level.frame.to_scan(places[~np.isnan(level.base_m)]))
+
+
+def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
+    """Write the piles' outlines as GeoJSON, in the scan's own frame and unit.
+
+    Later scans may be measured inside of them: ``outline=path``.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> scan = simulate.scan("shape-05", density=0.03)
+    >>> divespot.save_outlines(divespot.measure(scan.points), "piles.geojson")
+    >>> len(divespot.measure(scan.points, outline="piles.geojson").piles)
+    1
+
+    """
+    require_kind("report", report, Report)
+    features = [
+        {
+            "type": "Feature",
+            "properties": {
+                "name": pile.name,
+                "pile": pile.id,
+                "volume_m3": pile.volume_m3,
+                "u95_m3": pile.u95_m3,
+            },
+            "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
+        }
+        for pile in report.piles
+    ]
+    refuse_inputs(path, "the outlines", report.inputs)
+    collection = {"type": "FeatureCollection", "generator": "divespot", "features": features}
+    write_text(path, json.dumps(collection, indent=1) + "\n")
+
+
+def _closed(line: tuple[tuple[float, ...], ...]) -> list[list[float]]:
+    return [list(corner) for corner in (*line, *line[:1])]
