@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 #: Options of `divespot measure` that write a file, with a name that suits.
 OUTPUTS = {
     "--json": "out.json",
+    "--csv": "out.csv",
     "--picture": "out.png",
     "--save-base": "base.ply",
     "--save-outlines": "out.geojson",
@@ -268,7 +269,7 @@ def test_the_picture_comes_last_and_alone_is_lost(
     assert "pile 1" in result.stdout
     assert "out.png: cannot be drawn (IndexError" in result.stderr.splitlines()[-1]
     assert sorted(p.name for p in tmp_path.glob("*o*")) == sorted(
-        ["out.json", "out.geojson"]
+        ["out.csv", "out.json", "out.geojson"]
     )  # fmt: skip
     assert (tmp_path / "base.ply").exists()
 

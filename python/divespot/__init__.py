@@ -13,10 +13,10 @@ from divespot.kernels import (
     voxel_downsample,
 )
 from divespot.materials import MATERIALS, Material
-from divespot.outline_file import save_outlines
 from divespot.pipeline import measure
 from divespot.plane import Plane, fit_plane, rotation_to_z
 from divespot.report import Budget, Ground, Pile, Report, Source, Total
+from divespot.results.outlines import save_outlines
 from divespot.settings import Settings
 from divespot.spacing import Survey, point_spacing, survey
 

@@ -1,4 +1,4 @@
-"""Outlines as GeoJSON: what to measure inside of, and what was found."""
+"""Outlines as GeoJSON: what to measure inside of."""
 
 from __future__ import annotations
 
@@ -11,16 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from divespot import _native
-from divespot._arguments import require_kind
 from divespot.errors import DivespotError, shortened
 from divespot.io.files import bytes_of
 from divespot.outline_checks import first_overlap, refuse_degrees
-from divespot.output import refuse_inputs, write_text
-from divespot.report import Report
 
 if TYPE_CHECKING:
-    import os
-
     from numpy.typing import NDArray
 
     from divespot.frame import Frame
@@ -190,37 +185,3 @@ def _refuse_crossing(ring: NDArray[np.float64], corners: NDArray[np.float64]) ->
     if crossing is not None:
         place = ", ".join(f"{v:.10g}" for v in corners[crossing])
         raise DivespotError(f"crosses itself after ({place}): a simple line is needed")
-
-
-def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
-    """Write the piles' outlines as GeoJSON, in the scan's own frame and unit.
-
-    Later scans may be measured inside of them: ``outline=path``.
-
-    Raises
-    ------
-    DivespotError
-        The file cannot be written.
-
-    """
-    require_kind("report", report, Report)
-    features = [
-        {
-            "type": "Feature",
-            "properties": {
-                "name": pile.name,
-                "pile": pile.id,
-                "volume_m3": pile.volume_m3,
-                "u95_m3": pile.u95_m3,
-            },
-            "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
-        }
-        for pile in report.piles
-    ]
-    refuse_inputs(path, "the outlines", report.inputs)
-    collection = {"type": "FeatureCollection", "generator": "divespot", "features": features}
-    write_text(path, json.dumps(collection, indent=1) + "\n")
-
-
-def _closed(line: tuple[tuple[float, ...], ...]) -> list[list[float]]:
-    return [list(corner) for corner in (*line, *line[:1])]

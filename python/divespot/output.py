@@ -22,6 +22,7 @@ REPORT = re.compile(rb'\s*\{.{0,2000}?"schema": "divespot\.', re.DOTALL)
 PICTURE = re.compile(rb"\x89PNG.{0,2000}?divespot", re.DOTALL)
 OUTLINES = re.compile(rb'\s*\{\s*"type": "FeatureCollection",\s*"generator": "divespot"')
 POINTS = re.compile(rb"ply\n.{0,200}?comment written by divespot\n|LASF.{54}divespot", re.DOTALL)
+TABLE = re.compile(rb"time,scan,scan_unit,")
 _HEAD_BYTES = 4096
 
 

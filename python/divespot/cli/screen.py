@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+#: Columns of text that goes into a file or a pipe, where no line is too long.
+FILE_COLUMNS = 120
+
 #: What takes no longer needs no progress line.
 PATIENCE_S = 1.0
 
@@ -28,7 +31,8 @@ def stdout_console() -> Console:
 
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every terminal knows a ±
-    return Console(markup=False, highlight=False, emoji=False)
+    width = None if sys.stdout is not None and sys.stdout.isatty() else FILE_COLUMNS
+    return Console(markup=False, highlight=False, emoji=False, width=width)
 
 
 def file_name(path: str | os.PathLike[str]) -> str:

@@ -1,0 +1,124 @@
+"""Files of one scan's results: their options, how they begin, and what writes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from divespot.errors import DivespotError
+from divespot.output import OUTLINES, PICTURE, POINTS
+
+if TYPE_CHECKING:
+    import re
+    from collections.abc import Callable, Mapping
+
+    from divespot.report import Report
+
+    Save = Callable[[Report, str], None]
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+
+@dataclass(frozen=True)
+class ResultFile:
+    """An option that names a file of one scan's results."""
+
+    flags: tuple[str, ...]
+    metavar: str
+    help: str
+    own: re.Pattern[bytes]
+    save: Save
+    endings: tuple[str, ...] = ()
+    is_drawn: bool = False
+
+    @property
+    def name(self) -> str:
+        """The name of the option's parameter."""
+        return self.flags[0].removeprefix("--").replace("-", "_")
+
+    def option(self) -> Callable[[F], F]:
+        """Return the option."""
+        return click.option(
+            *self.flags,
+            self.name,
+            type=click.Path(),
+            metavar=self.metavar,
+            callback=self._check,
+            help=f"{self.help} (one scan only)",
+        )
+
+    def _check(self, _ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
+        """Refuse another ending before anything is measured."""
+        if value is not None and self.endings and not value.lower().endswith(self.endings):
+            raise click.BadParameter(f"{value!r} does not end in {' or '.join(self.endings)}")
+        return value
+
+
+def _base(report: Report, path: str) -> None:
+    from divespot import save_base  # noqa: PLC0415 - slow to import
+
+    save_base(report, path)
+
+
+def _outlines(report: Report, path: str) -> None:
+    from divespot import save_outlines  # noqa: PLC0415 - slow to import
+
+    save_outlines(report, path)
+
+
+def _picture(report: Report, path: str) -> None:
+    from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
+
+    _drawn(save_picture, report, path)
+
+
+def _drawn(save: Save, report: Report, path: str) -> None:
+    try:
+        save(report, path)
+    except DivespotError:
+        raise
+    # What matplotlib does not manage costs the picture alone.
+    except Exception as error:  # noqa: BLE001
+        raise DivespotError(f"{path}: cannot be drawn ({type(error).__name__}: {error})") from None
+
+
+#: In the order in which they are written: what is drawn comes last.
+FILES = (
+    ResultFile(
+        ("--save-base",),
+        "PATH",
+        "write the base in force as .ply, .npy or .xyz, for --base surface=PATH",
+        POINTS,
+        _base,
+    ),
+    ResultFile(
+        ("--geojson", "--save-outlines"),
+        "PATH",
+        "write the piles' outlines with their figures as GeoJSON, for a GIS or --outline PATH",
+        OUTLINES,
+        _outlines,
+    ),
+    ResultFile(
+        ("--picture",),
+        "PATH.png",
+        "draw the height map with outlines and the height histogram",
+        PICTURE,
+        _picture,
+        (".png",),
+        is_drawn=True,
+    ),
+)
+
+
+def result_options(command: F) -> F:
+    """Add an option for each file of one scan's results."""
+    for item in reversed(FILES):
+        command = item.option()(command)
+    return command
+
+
+def chosen_files(params: Mapping[str, Any]) -> dict[ResultFile, str]:
+    """Return the files that were asked for, in the order in which they are written."""
+    return {item: params[item.name] for item in FILES if params[item.name] is not None}
