@@ -280,7 +280,7 @@ def test_a_picture_of_an_object_without_outline(tmp_path: Path, heap: Path) -> N
     report = divespot.measure(heap)
     bare = tuple(dataclasses.replace(one, corners_m=()) for one in report.level.outlines)
     level = dataclasses.replace(report.level, outlines=bare)
-    save_picture(dataclasses.replace(report, level=level), tmp_path / "a.png")
+    save_picture(dataclasses.replace(report, scene=level), tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 1000
 
 

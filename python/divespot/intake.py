@@ -30,7 +30,7 @@ SMALLEST_M = 1e-6
 FEWEST_STEPS = 20
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cloud:
     """Finite points in metres relative to `origin_m`, and where they came from.
 

@@ -27,7 +27,7 @@ LARGEST_BYTES = 256 << 20
 PLAN_DEG = 45.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Region:
     """An area to measure inside of.
 

@@ -115,12 +115,12 @@ def measure(
         ground=ground_in_scan(pose, ground, cloud, len(points)),
         settings=s,
         timings_s=run.timings_s,
-        warnings=(
+        warnings=run.told(
             *cloud.warnings,
             *run.warnings,
             *pose.warnings,
             *unknown(base_m, measured.base_m),
             *doubts(piles, others, pose, len(points), s),
         ),
-        level=Level(grid, ground.height_m, outlines(measured), base_m, frame),
+        scene=Level(grid, ground.height_m, outlines(measured), base_m, frame),
     )

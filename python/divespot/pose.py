@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from divespot.spacing import Survey
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """How the ground lies in the scan.
 

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from divespot._arguments import whole
 from divespot.base_name import BaseName
+from divespot.errors import DivespotError
 from divespot.mass import mass_kg
+from divespot.results.doors import Doors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -173,7 +175,7 @@ class Outline:
     reason: str | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Level:
     """The levelled scene, for pictures: height map, ground, outlines in the report's order.
 
@@ -188,8 +190,8 @@ class Level:
     frame: Frame
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, repr=False)
+class Report(Doors):
     """The result of `divespot.measure`."""
 
     source: Source
@@ -200,7 +202,23 @@ class Report:
     settings: Settings
     timings_s: Mapping[str, float]
     warnings: tuple[str, ...]
-    level: Level = field(repr=False, compare=False)
+    scene: Level | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def level(self) -> Level:
+        """The levelled scene, for pictures.
+
+        Raises
+        ------
+        DivespotError
+            The report is from JSON, which holds none.
+
+        """
+        if self.scene is None:
+            raise DivespotError(
+                "this report was read from JSON, which holds no heights: measure the scan again"
+            )
+        return self.scene
 
     @property
     def inputs(self) -> tuple[str | None, ...]:

@@ -38,7 +38,7 @@ THINNED = 1.0
 SMALLEST = 1e-3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Survey:
     """Point spacing, roughness and surface normals of a cloud.
 

@@ -20,7 +20,9 @@ __all__ = ["main"]
 
 
 @click.group(cls=Guarded, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="divespot", message="%(prog)s %(version)s")
+@click.version_option(
+    __version__, "-V", "--version", prog_name="divespot", message="%(prog)s %(version)s"
+)
 def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 

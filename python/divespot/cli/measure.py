@@ -21,7 +21,7 @@ from divespot.cli.outputs import (
     write_json,
 )
 from divespot.cli.results import chosen_files, result_options
-from divespot.cli.screen import file_name, progress_line, stdout_console, tell
+from divespot.cli.screen import file_name, loudness_options, progress_line, stdout_console, tell
 from divespot.errors import DivespotError, printable
 from divespot.output import REPORT, TABLE
 from divespot.report import finite
@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     "small piles]",
 )
 @result_options
+@loudness_options
 @force_option
 @click.pass_context
 def measure(
@@ -122,6 +123,7 @@ class Output:
     rows: CsvRows | None
     files: Mapping[ResultFile, str]
     show_unit: str | None
+    quiet: bool
 
     @classmethod
     def of(cls, given: Mapping[str, Any], files: Mapping[ResultFile, str]) -> Output:
@@ -130,7 +132,7 @@ class Output:
         several = append or given["scans"][1:]
         lines = JsonLines(json_file, append=append) if json_file and several else None
         rows = None if csv_file is None else CsvRows(csv_file, append=append)
-        return cls(json_file, lines, rows, files, given["show_unit"])
+        return cls(json_file, lines, rows, files, given["show_unit"], given["quiet"])
 
     def write(self, report: Report) -> bool:
         """Write a report to all places that were asked for, pictures last.
@@ -146,7 +148,7 @@ class Output:
             steps.append(partial(self.rows.write, report))
         drawn = sum(item.is_drawn for item in self.files)
         steps += [partial(item.save, report, path) for item, path in self.files.items()]
-        if self.json_file != STDOUT:
+        if self.json_file != STDOUT and not self.quiet:
             steps.insert(len(steps) - drawn, partial(show, report, self.show_unit))
         return _all_done(steps)
 
@@ -188,7 +190,8 @@ def _measure_one(scan: str, settings: Settings, output: Output) -> bool:
         Failure(sentence).show()
         output.fail(scan, sentence)
         return False
-    show_warnings(report)
+    if not output.quiet:
+        show_warnings(report)
     return output.write(report)
 
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
-from divespot.errors import printable, shortened
 from divespot.numbers import rounded, volume_unit, with_uncertainty
 from divespot.results.show_units import Shown
+from divespot.results.telling import title
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,7 +32,7 @@ def report_table(report: Report, unit: str | None = None) -> Table:
         table.add_column("mass kg", justify="right", no_wrap=True)
     table.add_column("remarks")
     for pile in report.piles:
-        table.add_row(_title(pile), *_cells(pile, shown, weighed=weighed))
+        table.add_row(title(pile), *_cells(pile, shown, weighed=weighed))
     if len(report.piles) > 1:
         mass = [_mass(report.total)] if weighed else []
         cells = [shown.measured(report.total), *_sums(report, shown), "", "", ""]
@@ -56,10 +56,10 @@ def _parts(cut_m3: float, fill_m3: float, u95_m3: float, shown: Shown) -> tuple[
 def bases_table(report: Report) -> Table:
     """Return each pile's volume above every base that was compared."""
     unit, per_m3 = volume_unit(max(pile.volume_m3 for pile in report.piles))
-    compared = [(_title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
+    compared = [(title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
     table = plain_table(f"volume {unit} by base", *compared[0][1])
-    for title, volumes in compared:
-        table.add_row(title, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
+    for name, volumes in compared:
+        table.add_row(name, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
     return table
 
 
@@ -97,10 +97,6 @@ def _cells(item: Pile, shown: Shown, *, weighed: bool) -> list[str]:
     runs_out = "runs out of the scan" if item.touches_edge else None
     leans = "leans on a wall" if item.leans_on_wall else None
     return [*cells, ", ".join(filter(None, (item.reason, runs_out, leans)))]
-
-
-def _title(pile: Pile) -> str:
-    return f"pile {pile.id}" + (f" ({shortened(printable(pile.name), 40)})" if pile.name else "")
 
 
 def _mass(item: Pile | Total) -> str:
