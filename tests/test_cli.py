@@ -342,6 +342,17 @@ def test_picture_of_a_scan(heap: Path, tmp_path: Path) -> None:
     assert_drawn(path)
 
 
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_pictures_by_their_ending(ending: str, heap: Path, tmp_path: Path) -> None:
+    plan, ground = tmp_path / f"a.{ending}", tmp_path / f"b.{ending}"
+    for _ in range(2):  # the second time over its own
+        options = ("--picture", plan, "--picture-ground", ground)
+        assert run("measure", heap, *options, "-q").exit_code == 0
+    for path in (plan, ground):
+        begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
+        assert path.read_bytes().startswith(begins)
+
+
 def assert_drawn(path: Path) -> None:
     """Check that a PNG shows a map: many colours, little of one alone."""
     from matplotlib.image import imread  # noqa: PLC0415 - an extra

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     Save = Callable[[Report, str], None]
 
+#: Endings of pictures.
+PICTURES = (".png", ".svg", ".pdf")
+
 F = TypeVar("F", bound="Callable[..., Any]")
 
 
@@ -74,6 +77,12 @@ def _picture(report: Report, path: str) -> None:
     _drawn(save_picture, report, path)
 
 
+def _ground_picture(report: Report, path: str) -> None:
+    from divespot.plot import save_ground_picture  # noqa: PLC0415 - needs the plot extra
+
+    _drawn(save_ground_picture, report, path)
+
+
 def _drawn(save: Save, report: Report, path: str) -> None:
     try:
         save(report, path)
@@ -102,11 +111,20 @@ FILES = (
     ),
     ResultFile(
         ("--picture",),
-        "PATH.png",
-        "draw the height map with outlines and the height histogram",
+        "PATH.png|.svg|.pdf",
+        "draw the plan: heights, outlines, and each pile's volume on it",
         PICTURE,
         _picture,
-        (".png",),
+        PICTURES,
+        is_drawn=True,
+    ),
+    ResultFile(
+        ("--picture-ground",),
+        "PATH.png|.svg|.pdf",
+        "draw the histogram of heights, with the ground and the height at which objects begin",
+        PICTURE,
+        _ground_picture,
+        PICTURES,
         is_drawn=True,
     ),
 )

@@ -75,7 +75,7 @@ class Doors:
         Parameters
         ----------
         path
-            ``.json``, ``.csv``, ``.geojson``, or ``.png`` for a picture.
+            ``.json``, ``.csv``, ``.geojson``; ``.png``, ``.svg`` or ``.pdf`` for the plan.
         force
             Overwrite a file that divespot did not write.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from divespot.errors import DivespotError
 from divespot.output import OUTLINES, PICTURE, REPORT, TABLE, refuse_inputs, require_own, write_text
-from divespot.plot import save_picture
+from divespot.plot import FORMATS, save_picture
 from divespot.results.csv_rows import save_csv
 from divespot.results.outlines import save_outlines
 
@@ -41,5 +41,5 @@ WRITERS: dict[str, tuple[re.Pattern[bytes], Callable[[Report, Path], None]]] = {
     ".json": (REPORT, _json),
     ".csv": (TABLE, save_csv),
     ".geojson": (OUTLINES, save_outlines),
-    ".png": (PICTURE, save_picture),
+    **dict.fromkeys(FORMATS, (PICTURE, save_picture)),
 }
