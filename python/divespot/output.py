@@ -24,6 +24,11 @@ PICTURE = re.compile(
 )
 OUTLINES = re.compile(rb'\s*\{\s*"type": "FeatureCollection",\s*"generator": "divespot"')
 POINTS = re.compile(rb"ply\n.{0,200}?comment written by divespot\n|LASF.{54}divespot", re.DOTALL)
+PAGE = re.compile(
+    rb"<!doctype html>\n<!-- written by divespot|%PDF-.*written by divespot\n\Z", re.DOTALL
+)
+#: The application id in the header of a SQLite file.
+HISTORY = re.compile(rb"SQLite format 3\0.{52}dvsp", re.DOTALL)
 TABLE = re.compile(rb"time,scan,scan_unit,")
 #: Much of a file's beginning and end is looked at.
 _HEAD_BYTES, _TAIL_BYTES = 4096, 100

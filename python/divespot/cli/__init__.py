@@ -11,6 +11,7 @@ from divespot import __version__
 from divespot.cli.demo import demo
 from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
+from divespot.cli.history import history
 from divespot.cli.materials import materials
 from divespot.cli.measure import measure
 from divespot.cli.reproduce import reproduce
@@ -27,5 +28,5 @@ def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, simulate, demo, evaluate, reproduce, materials):
+for command in (measure, history, simulate, demo, evaluate, reproduce, materials):
     main.add_command(command)

@@ -23,8 +23,9 @@ from divespot.cli.outputs import (
 from divespot.cli.results import chosen_files, result_options
 from divespot.cli.screen import file_name, loudness_options, progress_line, stdout_console, tell
 from divespot.errors import DivespotError, printable
-from divespot.output import REPORT, TABLE
+from divespot.output import HISTORY, REPORT, TABLE
 from divespot.report import finite
+from divespot.results.csv_rows import now
 from divespot.results.show_units import NAMES
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
     from divespot.cli.results import ResultFile
     from divespot.report import Report
+    from divespot.results.document import Survey
     from divespot.settings import Settings
 
 
@@ -55,6 +57,13 @@ if TYPE_CHECKING:
     help="write a row a pile as CSV, with the time; one too of a scan without piles, or one that "
     "cannot be measured",
 )
+@click.option(
+    "--history",
+    type=click.Path(),
+    metavar="PATH.db",
+    help="add to a history (SQLite), which `divespot history` lists and plots; --report shows it",
+)
+@click.option("--site", default="", help="name of the place, for --report and --history")
 @click.option(
     "--append", is_flag=True, help="add to the files of --json and --csv, of one scan too"
 )
@@ -107,6 +116,7 @@ def _check(given: Mapping[str, Any], settings: Settings, files: Mapping[ResultFi
     outputs = {
         "--json": (given["json_file"], REPORT),
         "--csv": (given["csv_file"], TABLE),
+        "--history": (given["history"], HISTORY),
         **{item.flags[0]: (path, item.own) for item, path in files.items()},
     }
     base = BaseName.parse(settings.base)
@@ -124,6 +134,8 @@ class Output:
     files: Mapping[ResultFile, str]
     show_unit: str | None
     quiet: bool
+    history: str | None
+    site: str
 
     @classmethod
     def of(cls, given: Mapping[str, Any], files: Mapping[ResultFile, str]) -> Output:
@@ -132,7 +144,8 @@ class Output:
         several = append or given["scans"][1:]
         lines = JsonLines(json_file, append=append) if json_file and several else None
         rows = None if csv_file is None else CsvRows(csv_file, append=append)
-        return cls(json_file, lines, rows, files, given["show_unit"], given["quiet"])
+        plain = ("show_unit", "quiet", "history", "site")
+        return cls(json_file, lines, rows, files, **{name: given[name] for name in plain})
 
     def write(self, report: Report) -> bool:
         """Write a report to all places that were asked for, pictures last.
@@ -146,11 +159,27 @@ class Output:
             steps.append(partial(write_json, self.json_file, report.to_json()))
         if self.rows is not None:
             steps.append(partial(self.rows.write, report))
+        survey = self._survey()
+        if self.history is not None:
+            steps.append(partial(self._remember, report, survey))
         drawn = sum(item.is_drawn for item in self.files)
-        steps += [partial(item.save, report, path) for item, path in self.files.items()]
+        steps += [partial(item.write, report, path, survey) for item, path in self.files.items()]
         if self.json_file != STDOUT and not self.quiet:
             steps.insert(len(steps) - drawn, partial(show, report, self.show_unit))
         return _all_done(steps)
+
+    def _survey(self) -> Survey:
+        """Return what is known of the place, before this measurement is added."""
+        from divespot.results.document import Survey  # noqa: PLC0415 - slow to import
+        from divespot.results.history import past  # noqa: PLC0415 - as above
+
+        before = () if self.history is None else past(self.history, self.site)
+        return Survey(self.site or None, now(), before)
+
+    def _remember(self, report: Report, survey: Survey) -> None:
+        from divespot.results.history import add  # noqa: PLC0415 - slow to import
+
+        add(report, str(self.history), site=self.site, time=survey.date)
 
     def fail(self, scan: str, sentence: str) -> None:
         """Write that a scan could not be measured."""

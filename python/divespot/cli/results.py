@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from divespot.errors import DivespotError
-from divespot.output import OUTLINES, PICTURE, POINTS
+from divespot.output import OUTLINES, PAGE, PICTURE, POINTS
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Callable, Mapping
 
     from divespot.report import Report
-
-    Save = Callable[[Report, str], None]
+    from divespot.results.document import Survey
 
 #: Endings of pictures.
 PICTURES = (".png", ".svg", ".pdf")
@@ -32,9 +31,10 @@ class ResultFile:
     metavar: str
     help: str
     own: re.Pattern[bytes]
-    save: Save
+    save: Callable[..., None]
     endings: tuple[str, ...] = ()
     is_drawn: bool = False
+    is_page: bool = False
 
     @property
     def name(self) -> str:
@@ -51,6 +51,20 @@ class ResultFile:
             callback=self._check,
             help=f"{self.help} (one scan only)",
         )
+
+    def write(self, report: Report, path: str, survey: Survey) -> None:
+        """Write the file."""
+        about = (survey,) if self.is_page else ()
+        if not (self.is_drawn or self.is_page):
+            return self.save(report, path)
+        try:
+            return self.save(report, path, *about)
+        except DivespotError:
+            raise
+        # What matplotlib or Typst do not manage costs the picture alone.
+        except Exception as error:  # noqa: BLE001
+            what = f"{path}: cannot be drawn ({type(error).__name__}: {error})"
+            raise DivespotError(what) from None
 
     def _check(self, _ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
         """Refuse another ending before anything is measured."""
@@ -74,23 +88,19 @@ def _outlines(report: Report, path: str) -> None:
 def _picture(report: Report, path: str) -> None:
     from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
 
-    _drawn(save_picture, report, path)
+    save_picture(report, path)
 
 
 def _ground_picture(report: Report, path: str) -> None:
     from divespot.plot import save_ground_picture  # noqa: PLC0415 - needs the plot extra
 
-    _drawn(save_ground_picture, report, path)
+    save_ground_picture(report, path)
 
 
-def _drawn(save: Save, report: Report, path: str) -> None:
-    try:
-        save(report, path)
-    except DivespotError:
-        raise
-    # What matplotlib does not manage costs the picture alone.
-    except Exception as error:  # noqa: BLE001
-        raise DivespotError(f"{path}: cannot be drawn ({type(error).__name__}: {error})") from None
+def _page(report: Report, path: str, survey: Survey) -> None:
+    from divespot.results.report_file import save_report  # noqa: PLC0415 - as above
+
+    save_report(report, path, survey)
 
 
 #: In the order in which they are written: what is drawn comes last.
@@ -108,6 +118,16 @@ FILES = (
         "write the piles' outlines with their figures as GeoJSON, for a GIS or --outline PATH",
         OUTLINES,
         _outlines,
+    ),
+    ResultFile(
+        ("--report",),
+        "PATH.html|.pdf",
+        "write a page to be read and signed: volumes, plan, sections, 3D view, uncertainties",
+        PAGE,
+        _page,
+        (".html", ".pdf"),
+        is_drawn=True,
+        is_page=True,
     ),
     ResultFile(
         ("--picture",),

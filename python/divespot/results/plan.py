@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from divespot.report import Report
 
 INK, PILE, OTHER = "#22303c", "#00667a", "#6c7a89"
-HATCH = "#b7c0c7"
+HATCH, PAPER = "#b7c0c7", "#fefefe"
 
 #: Vertical exaggeration of the shading alone, and where its light comes from.
 _LIGHT_DEG, _LIGHT_ALTITUDE_DEG, _EXAGGERATION = 315.0, 50.0, 1.5
@@ -164,7 +164,7 @@ def _draw_frame(axes: Axes, frame: PlanFrame) -> None:
         frameon=True,
         size_vertical=0.006 * width / frame.metres,
     )
-    bar.patch.set(alpha=0.8, edgecolor="none")
+    bar.patch.set(facecolor=PAPER, alpha=0.8, edgecolor="none")
     axes.add_artist(bar)
     axes.annotate(
         frame.up_arrow,
@@ -180,7 +180,7 @@ def _draw_frame(axes: Axes, frame: PlanFrame) -> None:
         arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.6},
         bbox={
             "boxstyle": "circle,pad=0.1",
-            "facecolor": "white",
+            "facecolor": PAPER,
             "alpha": 0.8,
             "edgecolor": "none",
         },
@@ -190,7 +190,7 @@ def _draw_frame(axes: Axes, frame: PlanFrame) -> None:
 def _draw_legend(axes: Axes) -> None:
     if axes.get_legend_handles_labels()[0]:
         box = axes.legend(loc="lower right", fontsize=8, labelcolor=INK, framealpha=0.8)
-        box.get_frame().set_linewidth(0)
+        box.get_frame().set(facecolor=PAPER, linewidth=0)
 
 
 def _round_length(length_m: float) -> float:

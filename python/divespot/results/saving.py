@@ -6,10 +6,20 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, TypeAlias
 
 from divespot.errors import DivespotError
-from divespot.output import OUTLINES, PICTURE, REPORT, TABLE, refuse_inputs, require_own, write_text
-from divespot.plot import FORMATS, save_picture
+from divespot.output import (
+    OUTLINES,
+    PAGE,
+    PICTURE,
+    REPORT,
+    TABLE,
+    refuse_inputs,
+    require_own,
+    write_text,
+)
+from divespot.plot import save_picture
 from divespot.results.csv_rows import save_csv
 from divespot.results.outlines import save_outlines
+from divespot.results.report_file import ENDINGS, save_report
 
 if TYPE_CHECKING:
     import os
@@ -41,5 +51,6 @@ WRITERS: dict[str, tuple[re.Pattern[bytes], Callable[[Report, Path], None]]] = {
     ".json": (REPORT, _json),
     ".csv": (TABLE, save_csv),
     ".geojson": (OUTLINES, save_outlines),
-    **dict.fromkeys(FORMATS, (PICTURE, save_picture)),
+    **dict.fromkeys((".png", ".svg"), (PICTURE, save_picture)),
+    **dict.fromkeys(ENDINGS, (PAGE, save_report)),
 }
