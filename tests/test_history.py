@@ -120,7 +120,8 @@ def test_the_command_lists_exports_and_plots(tmp_path: Path) -> None:
     assert {float(row["volume_m3"]) for row in rows} == {p.volume_m3 for p in report.piles}
     lines = [json.loads(line) for line in run("history", path, "--json", "-").stdout.splitlines()]
     assert [line["site"] for line in lines] == ["bay 1"] * 4 + ["bay 2"] * 2
-    assert Report.from_json(json.dumps(lines[0])) == report
+    again = Report.from_json(json.dumps(lines[0]))
+    assert dataclasses.replace(again, timings_s=report.timings_s) == report
     pytest.importorskip("matplotlib")
     assert run("history", path, "--picture", picture).exit_code == 0
     assert picture.stat().st_size > 5000

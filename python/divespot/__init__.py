@@ -16,6 +16,8 @@ from divespot.materials import MATERIALS, Material
 from divespot.pipeline import measure
 from divespot.plane import Plane, fit_plane, rotation_to_z
 from divespot.report import Budget, Ground, Pile, Report, Source, Total
+from divespot.results.comparing import compare
+from divespot.results.comparison import Comparison
 from divespot.results.outlines import save_outlines
 from divespot.settings import Settings
 from divespot.spacing import Survey, point_spacing, survey
@@ -24,6 +26,7 @@ __all__ = [
     "MATERIALS",
     "Budget",
     "Clusters",
+    "Comparison",
     "DivespotError",
     "Ground",
     "HeightHistogram",
@@ -38,6 +41,7 @@ __all__ = [
     "Total",
     "Volume",
     "__version__",
+    "compare",
     "fit_plane",
     "ground_height",
     "hdbscan",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import click
 
 from divespot import __version__
+from divespot.cli.compare import compare
 from divespot.cli.demo import demo
 from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
@@ -28,5 +29,5 @@ def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, history, simulate, demo, evaluate, reproduce, materials):
+for command in (measure, compare, history, simulate, demo, evaluate, reproduce, materials):
     main.add_command(command)

@@ -1,0 +1,210 @@
+"""Comparing two surveys of a place."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.intake import load
+from divespot.io import UNITS
+from divespot.pipeline import measure
+from divespot.results.alignment import align
+from divespot.results.comparison import Change, Comparison, Match, Place, changed
+from divespot.results.crs_name import crs_name
+from divespot.results.pile_matching import labels, matched
+from divespot.settings import Settings
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from divespot.report import Pile, Report
+    from divespot.results.alignment import Alignment
+
+    Scan = str | os.PathLike[str] | ArrayLike
+
+#: An earlier scan is raised where the plane is off by more than so many standard uncertainties.
+SURE = 2.0
+
+
+def compare(
+    before: Scan,
+    after: Scan,
+    settings: Settings | None = None,
+    *,
+    do_align: bool = True,
+    on_stage: Callable[[str], None] | None = None,
+    **changes: Any,  # noqa: ANN401 - as many types as settings
+) -> Comparison:
+    """Tell what was gained and lost between two scans of a place.
+
+    Both are in one frame; x and y are taken as they are. In height the earlier scan is raised, and
+    turned by what a plane allows, so that ground lies on ground where neither survey shows a pile
+    (see `divespot.results.alignment`); how sure that is goes into every u95.
+
+    Parameters
+    ----------
+    before, after
+        Paths of scans, or points, as `divespot.measure` takes them.
+    settings, **changes
+        As `divespot.measure` takes them; `base` says what the piles of each survey stand on.
+    do_align
+        Raise the earlier scan; without, heights are taken as they are too.
+    on_stage
+        Called with the name of each stage as it begins.
+
+    Raises
+    ------
+    DivespotError
+        A scan cannot be measured, or the two are in different coordinate systems.
+
+    """
+    from tempfile import TemporaryDirectory  # noqa: PLC0415 - slow to import
+
+    s = (settings or Settings()).changed(**changes)
+    first = measure(before, s, on_stage=_named(on_stage, "before"))
+    second = measure(after, s, on_stage=_named(on_stage, "after"))
+    _refuse_other_system(first, second)
+    cloud = load(before, s)
+    points = cloud.points + cloud.origin_m
+    unit_m = UNITS[second.source.unit]
+    with TemporaryDirectory(prefix="divespot-") as folder:
+        path = Path(folder) / "before.npy"
+
+        def held_against(earlier: NDArray[np.float64]) -> Report:
+            np.save(path, earlier / unit_m)
+            stage = _named(on_stage, "change")
+            return measure(after, s.changed(base=f"surface={path}"), on_stage=stage)
+
+        difference = held_against(points)
+        found = _alignment(first, second, difference)
+        aligned = do_align and _is_off(found)
+        if aligned:
+            difference = held_against(_raised(points, found, difference))
+    return _comparison(first, second, difference, found, aligned=aligned)
+
+
+def _named(on_stage: Callable[[str], None] | None, what: str) -> Callable[[str], None] | None:
+    return None if on_stage is None else lambda stage: on_stage(f"{what}: {stage}")
+
+
+def _refuse_other_system(before: Report, after: Report) -> None:
+    one, other = crs_name(before.source.crs), crs_name(after.source.crs)
+    if one and other and one != other:
+        raise DivespotError(
+            f"BEFORE is in {one}, AFTER in {other}: one coordinate system is needed"
+        )
+
+
+def _alignment(before: Report, after: Report, difference: Report) -> Alignment:
+    """Align on the cells that neither survey calls anything but ground."""
+    level = difference.level
+    frame, grid = level.frame, level.height_map
+    off = grid.heights_m - level.base_m
+    for report in (before, after):
+        standing = (*report.piles, *report.other_objects)
+        off[labels(standing, frame, level) > 0] = math.nan
+    return align(off, *grid.centers_m())
+
+
+def _is_off(found: Alignment) -> bool:
+    """Return whether the plane differs from none by more than its uncertainty."""
+    values = np.array([found.offset_m, *found.tilt])
+    u = np.sqrt(np.diag(found.covariance))
+    return bool(found.blocks and (np.abs(values) > SURE * u).any())
+
+
+def _raised(
+    points_m: NDArray[np.float64], found: Alignment, difference: Report
+) -> NDArray[np.float64]:
+    """Return the earlier scan's points, raised by the plane along up."""
+    frame = difference.level.frame
+    level = frame.to_level(points_m / frame.metres)
+    level[:, 2] += found.raise_m(level[:, 0], level[:, 1])
+    return frame.to_scan(level) * frame.metres
+
+
+def _comparison(
+    before: Report, after: Report, difference: Report, found: Alignment, *, aligned: bool
+) -> Comparison:
+    level, frame = difference.level, difference.level.frame
+    was = labels(before.piles, frame, level)
+    is_now = labels(after.piles, frame, level)
+    at = labels(difference.piles, frame, level)
+    u_m3 = [_u_m3(pile, found, difference) for pile in difference.piles]
+    places = tuple(
+        _place(pile, u, _over(was, at == pile.id), _over(is_now, at == pile.id))
+        for pile, u in zip(difference.piles, u_m3, strict=True)
+    )
+    groups = matched(was, is_now, (len(before.piles), len(after.piles)))
+    pairs = list(zip(difference.piles, u_m3, strict=True))
+    gained = [pair for pair in pairs if pair[0].volume_m3 > 0.0]
+    lost = [pair for pair in pairs if pair[0].volume_m3 <= 0.0]
+    return Comparison(
+        before=before,
+        after=after,
+        places=places,
+        piles=tuple(_match(group, before, after) for group in groups),
+        gain=_sum(gained),
+        loss=_sum(lost),
+        net=_sum(pairs),
+        alignment=found,
+        aligned=aligned,
+        warnings=_warnings(before, after, found, aligned=aligned),
+    )
+
+
+def _sum(pairs: Sequence[tuple[Pile, float]]) -> Change:
+    return changed([pile for pile, _ in pairs], [u for _, u in pairs])
+
+
+def _u_m3(pile: Pile, found: Alignment, difference: Report) -> float:
+    """Return the standard uncertainty that the alignment leaves to a place's volume."""
+    x, y, _ = difference.level.frame.to_level(np.array([pile.centroid_m]))[0].tolist()
+    return found.u_m(x, y) * pile.footprint_m2
+
+
+def _over(numbers: NDArray[np.int64], place: NDArray[np.bool_]) -> tuple[int, ...]:
+    return tuple(np.unique(numbers[place & (numbers > 0)]).tolist())
+
+
+def _place(pile: Pile, u_m3: float, was: tuple[int, ...], is_now: tuple[int, ...]) -> Place:
+    return Place(
+        id=pile.id,
+        gain_m3=pile.cut_m3,
+        loss_m3=pile.fill_m3,
+        net=changed([pile], [u_m3]),
+        area_m2=pile.footprint_m2,
+        max_height_m=pile.max_height_m,
+        centroid_m=pile.centroid_m,
+        outline_m=pile.outline_m,
+        touches_edge=pile.touches_edge,
+        piles=is_now,
+        piles_before=was,
+    )
+
+
+def _match(group: tuple[tuple[int, ...], tuple[int, ...]], before: Report, after: Report) -> Match:
+    were = [before.piles[i - 1] for i in group[0]]
+    are = [after.piles[i - 1] for i in group[1]]
+    volumes = [sum(pile.volume_m3 for pile in piles) for piles in (were, are)]
+    u95 = math.hypot(*(pile.u95_m3 for pile in (*were, *are)))
+    return Match(*group, volumes[0], volumes[1], Change(volumes[1] - volumes[0], u95))
+
+
+def _warnings(before: Report, after: Report, found: Alignment, *, aligned: bool) -> tuple[str, ...]:
+    own = [f"before: {text}" for text in before.warnings]
+    own += [f"after: {text}" for text in after.warnings]
+    how = "x and y were taken as they are: both scans must be in one frame"
+    if not found.blocks:
+        heights = "too little ground was seen in both scans to align them: heights were taken too"
+        return *own, how, f"{heights}, and u95 knows nothing of how well they fit"
+    if not aligned:
+        return *own, how
+    return *own, how, f"the earlier scan was raised by {found.offset_m:.2g} m to lie on the ground"
