@@ -413,6 +413,14 @@ def test_demo_compares_and_draws(tmp_path: Path) -> None:
     assert_drawn(out / "shape-05.png")
 
 
+def test_demo_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["divespot.cli.demo"], "find_spec", lambda _name: None)
+    result = run("demo", "--out", tmp_path, "--shape", "shape-05", "--density", "0.03")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[-1].startswith("no picture: it needs matplotlib")
+    assert [path.name for path in tmp_path.iterdir()] == ["shape-05.ply"]
+
+
 def test_demo_without_a_folder(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert "folder" in one_line(run("demo", "--out", tmp_path / "file"))
