@@ -35,6 +35,7 @@ OUTPUTS = {
     "--csv": "out.csv",
     "--picture": "out.png",
     "--picture-ground": "out.pdf",
+    "--las": "out.laz",
     "--save-base": "base.ply",
     "--save-outlines": "out.geojson",
 }
@@ -270,7 +271,7 @@ def test_the_picture_comes_last_and_alone_is_lost(
     assert "pile 1" in result.stdout
     assert "out.png: cannot be drawn (IndexError" in result.stderr
     assert sorted(p.name for p in tmp_path.glob("*o*")) == sorted(
-        ["out.csv", "out.json", "out.geojson", "out.pdf"]
+        ["out.csv", "out.json", "out.geojson", "out.laz", "out.pdf"]
     )  # fmt: skip
     assert (tmp_path / "base.ply").exists()
 

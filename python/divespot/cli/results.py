@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from divespot.errors import DivespotError
-from divespot.output import OUTLINES, PAGE, PICTURE, POINTS
+from divespot.output import DEM, OUTLINES, PAGE, PICTURE, POINTS
 
 if TYPE_CHECKING:
     import re
@@ -85,6 +85,18 @@ def _outlines(report: Report, path: str) -> None:
     save_outlines(report, path)
 
 
+def _las(report: Report, path: str) -> None:
+    from divespot.results.las_points import save_las  # noqa: PLC0415 - slow to import
+
+    save_las(report, path)
+
+
+def _dem(report: Report, path: str) -> None:
+    from divespot.results.dem import save_dem  # noqa: PLC0415 - needs the raster extra
+
+    save_dem(report, path)
+
+
 def _picture(report: Report, path: str) -> None:
     from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
 
@@ -118,6 +130,22 @@ FILES = (
         "write the piles' outlines with their figures as GeoJSON, for a GIS or --outline PATH",
         OUTLINES,
         _outlines,
+    ),
+    ResultFile(
+        ("--las",),
+        "PATH.las|.laz",
+        "write the scan's points with class 2 for ground and an extra dimension for the pile",
+        POINTS,
+        _las,
+        (".las", ".laz"),
+    ),
+    ResultFile(
+        ("--dem",),
+        "PATH.tif",
+        "write surface, base and their difference as a GeoTIFF; needs the extra raster",
+        DEM,
+        _dem,
+        (".tif", ".tiff"),
     ),
     ResultFile(
         ("--report",),

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from divespot.errors import DivespotError
 from divespot.output import (
+    DEM,
     OUTLINES,
     PAGE,
     PICTURE,
+    POINTS,
     REPORT,
     TABLE,
     refuse_inputs,
@@ -18,6 +20,8 @@ from divespot.output import (
 )
 from divespot.plot import save_picture
 from divespot.results.csv_rows import save_csv
+from divespot.results.dem import save_dem
+from divespot.results.las_points import save_las
 from divespot.results.outlines import save_outlines
 from divespot.results.report_file import ENDINGS, save_report
 
@@ -51,6 +55,8 @@ WRITERS: dict[str, tuple[re.Pattern[bytes], Callable[[Report, Path], None]]] = {
     ".json": (REPORT, _json),
     ".csv": (TABLE, save_csv),
     ".geojson": (OUTLINES, save_outlines),
+    **dict.fromkeys((".las", ".laz"), (POINTS, save_las)),
+    **dict.fromkeys((".tif", ".tiff"), (DEM, save_dem)),
     **dict.fromkeys((".png", ".svg"), (PICTURE, save_picture)),
     **dict.fromkeys(ENDINGS, (PAGE, save_report)),
 }
