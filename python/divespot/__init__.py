@@ -1,5 +1,8 @@
 """The volume of each pile in a point cloud, with its uncertainty."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from divespot._native import __version__
 from divespot.bases import save_base
 from divespot.clustering import Clusters, hdbscan
@@ -16,11 +19,19 @@ from divespot.materials import MATERIALS, Material
 from divespot.pipeline import measure
 from divespot.plane import Plane, fit_plane, rotation_to_z
 from divespot.report import Budget, Ground, Pile, Report, Source, Total
-from divespot.results.comparing import compare
-from divespot.results.comparison import Comparison
 from divespot.results.outlines import save_outlines
 from divespot.settings import Settings
 from divespot.spacing import Survey, point_spacing, survey
+
+if TYPE_CHECKING:
+    from divespot.results.comparing import compare
+    from divespot.results.comparison import Comparison
+
+#: What is imported when it is first asked for.
+_LATER = {
+    "Comparison": "divespot.results.comparison",
+    "compare": "divespot.results.comparing",
+}
 
 __all__ = [
     "MATERIALS",
@@ -57,3 +68,9 @@ __all__ = [
     "survey",
     "voxel_downsample",
 ]
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever has that name
+    if name in _LATER:
+        return getattr(import_module(_LATER[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
