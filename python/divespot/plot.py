@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from divespot._arguments import number, require_kind
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, shortened
 from divespot.extras import extra
 from divespot.numbers import rounded
 from divespot.output import refuse_inputs, whole
@@ -59,7 +59,7 @@ def figure(report: Report, *, truth_m3: float | None = None) -> Figure:
     require_kind("report", report, Report)
     if truth_m3 is not None and not math.isfinite(number("truth_m3", truth_m3)):
         raise DivespotError(f"truth_m3 is {truth_m3}: a finite number is needed")
-    return draw_plan(report, _title(report, truth_m3))
+    return draw_plan(report, shortened(_title(report, truth_m3), 70))
 
 
 def ground_figure(report: Report) -> Figure:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot._arguments import require_kind, switch
 from divespot.errors import DivespotError
 from divespot.intake import load
 from divespot.io import UNITS
@@ -67,6 +68,9 @@ def compare(
     """
     from tempfile import TemporaryDirectory  # noqa: PLC0415 - slow to import
 
+    if settings is not None:
+        require_kind("settings", settings, Settings)
+    is_wanted = switch("do_align", do_align)
     s = (settings or Settings()).changed(**changes)
     first = measure(before, s, on_stage=_named(on_stage, "before"))
     second = measure(after, s, on_stage=_named(on_stage, "after"))
@@ -84,7 +88,7 @@ def compare(
 
         difference = held_against(points)
         found = _alignment(first, second, difference)
-        aligned = do_align and _is_off(found)
+        aligned = is_wanted and _is_off(found)
         if aligned:
             difference = held_against(_raised(points, found, difference))
     return _comparison(first, second, difference, found, aligned=aligned)
