@@ -31,6 +31,9 @@ _LIGHT_DEG, _LIGHT_ALTITUDE_DEG, _EXAGGERATION = 315.0, 50.0, 1.5
 #: What the colour bar and the y axis, the title and the x axis take.
 _BESIDE_IN, _BELOW_IN, _TALLEST = 1.7, 0.9, 0.9
 
+#: Of more piles than so many, labels are short.
+_MOST_IN_FULL = 8
+
 #: More other objects than so many are not named on the plan.
 _MOST_REASONS = 5
 
@@ -202,6 +205,8 @@ def _round_length(length_m: float) -> float:
 def _draw_outlines(axes: Axes, report: Report, frame: PlanFrame) -> list[Label]:
     """Draw the outlines of piles and other objects; return their labels, piles first."""
     shown = Shown.of(report)
+    # Of many piles the table tells the uncertainty.
+    told = shown.measured if len(report.piles) <= _MOST_IN_FULL else shown.rounded
     piles = iter(report.piles)
     labels: list[Label] = []
     others: list[Label] = []
@@ -217,6 +222,6 @@ def _draw_outlines(axes: Axes, report: Report, frame: PlanFrame) -> list[Label]:
             others.append(Label(str(outline.reason), float(x), float(y), OTHER))
         else:
             axes.plot(*line.T, color=PILE, linewidth=1.8)
-            text = f"{pile.id}: {shown.measured(pile)} {shown.unit}"
+            text = f"{pile.id}: {told(pile)} {shown.unit}"
             labels.append(Label(text, float(x), float(y), PILE))
     return [*labels, *others[:_MOST_REASONS]]

@@ -65,6 +65,10 @@ class Shown:
         """Return a volume with the digits that so large an uncertainty leaves, and without it."""
         return with_uncertainty(self.per_m3 * volume_m3, self.per_m3 * u95_m3).partition(" ")[0]
 
+    def rounded(self, item: Pile | Total) -> str:
+        """Return a volume, or its mass, with the digits that its uncertainty leaves."""
+        return self.measured(item).partition(" ")[0]
+
     def measured(self, item: Pile | Total) -> str:
         """Return a volume, or its mass, with the uncertainty."""
         if not self.as_mass:
