@@ -15,7 +15,9 @@ import divespot
 from divespot import DivespotError, Report
 from divespot import io as dio
 from divespot.cli import main
+from divespot.cli.results import FILES
 from divespot.results.las_points import save_las
+from divespot.results.mesh import mesh, save_mesh
 from divespot.results.pile_matching import labels
 from divespot.simulate import scan
 
@@ -161,3 +163,53 @@ def test_a_raster_of_what_is_no_plan_is_refused(
     with pytest.raises(DivespotError, match=r"pip install divespot\[raster\]"):
         save(report, tmp_path / "a.tif")
     assert not list(tmp_path.iterdir())
+
+
+# Meshes
+
+
+def test_a_mesh_is_closed_and_holds_the_volume(flight: Path, tmp_path: Path) -> None:
+    report, out = divespot.measure(flight), tmp_path / "out.ply"
+    for _ in range(2):
+        report.save(out)
+    assert b"element face" in out.read_bytes()[:300]
+    nodes, faces = mesh(report)
+    assert len(dio.read(out).points) == len(nodes)
+    for pile in report.piles:
+        own = faces["nodes"][faces["pile"] == pile.id].astype(np.int64)
+        edges = np.concatenate([own[:, [0, 1]], own[:, [1, 2]], own[:, [2, 0]]])
+        forth = {tuple(edge) for edge in edges.tolist()}
+        assert len(forth) == len(edges)
+        assert forth == {(b, a) for a, b in forth}, "each edge lies between two faces"
+        a, b, c = (nodes[own[:, i]] - pile.centroid_m for i in range(3))
+        volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+        assert volume == pytest.approx(pile.volume_m3, rel=0.01)
+
+
+def test_a_mesh_of_no_pile_is_empty(tmp_path: Path) -> None:
+    report = dataclasses.replace(divespot.measure(points()), piles=())
+    save_mesh(report, tmp_path / "a.ply")
+    assert b"element face 0\n" in (tmp_path / "a.ply").read_bytes()
+    with pytest.raises(DivespotError, match=r"\.ply"):
+        save_mesh(report, tmp_path / "a.obj")
+
+
+# All of it
+
+
+def test_one_command_writes_every_output(flight: Path, tmp_path: Path) -> None:
+    for extra in ("matplotlib", "jinja2", "plotly", "typst", "rasterio"):
+        pytest.importorskip(extra)
+    endings = {"save_base": ".ply", "geojson": ".geojson"}
+    outputs = [
+        (item.flags[0], tmp_path / f"{item.name}{endings.get(item.name) or item.endings[0]}")
+        for item in FILES
+    ]
+    outputs += [(f"--{name}", tmp_path / f"a.{name}") for name in ("json", "csv", "history")]
+    arguments = [str(part) for pair in outputs for part in pair]
+    done = CliRunner().invoke(main, ["measure", str(flight), *arguments, "--material", "corn"])
+    assert done.exit_code == 0, done.output
+    assert "pile 3" in done.stdout
+    assert all(path.stat().st_size > 500 for _, path in outputs)
+    again = CliRunner().invoke(main, ["measure", str(flight), *arguments, "-q"])
+    assert (again.exit_code, again.output) == (0, ""), "all are its own"

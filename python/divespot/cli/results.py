@@ -97,6 +97,12 @@ def _dem(report: Report, path: str) -> None:
     save_dem(report, path)
 
 
+def _mesh(report: Report, path: str) -> None:
+    from divespot.results.mesh import save_mesh  # noqa: PLC0415 - slow to import
+
+    save_mesh(report, path)
+
+
 def _picture(report: Report, path: str) -> None:
     from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
 
@@ -146,6 +152,14 @@ FILES = (
         DEM,
         _dem,
         (".tif", ".tiff"),
+    ),
+    ResultFile(
+        ("--ply",),
+        "PATH",
+        "write each pile as a closed mesh of its surface and its base",
+        POINTS,
+        _mesh,
+        (".ply",),
     ),
     ResultFile(
         ("--report",),

@@ -22,6 +22,7 @@ from divespot.plot import save_picture
 from divespot.results.csv_rows import save_csv
 from divespot.results.dem import save_dem
 from divespot.results.las_points import save_las
+from divespot.results.mesh import save_mesh
 from divespot.results.outlines import save_outlines
 from divespot.results.report_file import ENDINGS, save_report
 
@@ -56,6 +57,7 @@ WRITERS: dict[str, tuple[re.Pattern[bytes], Callable[[Report, Path], None]]] = {
     ".csv": (TABLE, save_csv),
     ".geojson": (OUTLINES, save_outlines),
     **dict.fromkeys((".las", ".laz"), (POINTS, save_las)),
+    ".ply": (POINTS, save_mesh),
     **dict.fromkeys((".tif", ".tiff"), (DEM, save_dem)),
     **dict.fromkeys((".png", ".svg"), (PICTURE, save_picture)),
     **dict.fromkeys(ENDINGS, (PAGE, save_report)),
