@@ -211,5 +211,3 @@ def test_one_command_writes_every_output(flight: Path, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "pile 3" in done.stdout
     assert all(path.stat().st_size > 500 for _, path in outputs)
-    again = CliRunner().invoke(main, ["measure", str(flight), *arguments, "-q"])
-    assert (again.exit_code, again.output) == (0, ""), "all are its own"
