@@ -17,7 +17,7 @@ from divespot.cli import main
 from divespot.results.alignment import align
 from divespot.results.comparing import _refuse_other_system
 from divespot.results.pile_matching import matched
-from test_differences import cone_m3, yard
+from test_differences import cone, cone_m3, noisy, plan, yard
 
 if TYPE_CHECKING:
     from slow import Floats
@@ -128,16 +128,42 @@ def test_with_too_little_ground_nothing_is_aligned() -> None:
     assert np.isnan(align(np.full((9, 9), np.nan), x[:9, :9], y[:9, :9]).detection_m)
 
 
+def test_heaps_that_fill_the_view_are_compared_as_surfaces() -> None:
+    x, y = plan(9, (1.0, 0.8), 60_000)
+    at = (0.1, 0.0)
+    low, high = (
+        noisy(seed, np.column_stack([x, y, cone(x, y, at, 2.5, height)]))
+        for seed, height in ((1, 1.1), (2, 1.3))
+    )
+    found = divespot.compare(low, high, up="z")
+    assert found.before is found.after is None
+    assert not found.aligned
+    assert found.piles == ()
+    fine_x, fine_y = np.meshgrid(np.linspace(-1, 1, 801), np.linspace(-0.8, 0.8, 641))
+    truth = 3.2 * cone(fine_x, fine_y, at, 2.5, 0.2).mean()
+    assert found.net.volume_m3 == pytest.approx(truth, rel=0.02)
+    assert sum("no ground is in view" in text for text in found.warnings) == 2
+    assert any("too little ground" in text for text in found.warnings)
+    assert json.loads(found.to_json())["detection_m"] is None
+
+
+def test_what_differs_but_is_no_material_is_said() -> None:
+    before, after = scans()
+    box = np.random.default_rng(5).uniform((2.4, -0.3, 0.0), (2.8, 0.3, 0.4), (6000, 3))
+    box[:, 2] = np.where(np.arange(6000) % 2, 0.4, box[:, 2])
+    found = divespot.compare(before, np.concatenate([after, box]))
+    assert any("not counted" in text for text in found.warnings)
+    assert abs(found.net.volume_m3 - sum(TRUTHS)) < 2 * found.net.u95_m3
+
+
 def test_other_coordinate_systems_are_refused() -> None:
     import dataclasses  # noqa: PLC0415
 
-    report = compared().before
-    one, other = (
-        dataclasses.replace(report, source=dataclasses.replace(report.source, crs=crs))
-        for crs in ("EPSG:25832", "EPSG:25833")
-    )
+    source = compared().sources[0]
+    systems = ("EPSG:25832", "EPSG:25833")
+    one, other = (dataclasses.replace(source, crs=crs) for crs in systems)
     _refuse_other_system(one, one)
-    _refuse_other_system(one, report)
+    _refuse_other_system(one, source)
     with pytest.raises(DivespotError, match="EPSG:25832, AFTER in EPSG:25833"):
         _refuse_other_system(one, other)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,9 @@ from divespot.results.alignment import align
 from divespot.results.comparison import Change, Comparison, Match, Place, changed
 from divespot.results.crs_name import crs_name
 from divespot.results.pile_matching import labels, matched
+from divespot.results.telling import counted
 from divespot.settings import Settings
+from divespot.surface import NO_GROUND
 
 if TYPE_CHECKING:
     import os
@@ -25,10 +28,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from divespot.report import Pile, Report
+    from divespot.intake import Cloud
+    from divespot.report import Pile, Report, Source
     from divespot.results.alignment import Alignment
 
     Scan = str | os.PathLike[str] | ArrayLike
+
+WITHOUT_GROUND = "no ground is in view: only what changed was measured, no pile of this scan"
 
 #: An earlier scan is raised where the plane is off by more than so many standard uncertainties.
 SURE = 2.0
@@ -72,46 +78,61 @@ def compare(
         require_kind("settings", settings, Settings)
     is_wanted = switch("do_align", do_align)
     s = (settings or Settings()).changed(**changes)
-    first = measure(before, s, on_stage=_named(on_stage, "before"))
-    second = measure(after, s, on_stage=_named(on_stage, "after"))
-    _refuse_other_system(first, second)
-    cloud = load(before, s)
-    points = cloud.points + cloud.origin_m
-    unit_m = UNITS[second.source.unit]
+    clouds = load(before, s), load(after, s)
+    _refuse_other_system(clouds[0].source, clouds[1].source)
+    first = _alone(before, s, _named(on_stage, "before"))
+    second = _alone(after, s, _named(on_stage, "after"))
+    points = clouds[0].points + clouds[0].origin_m
+    unit_m = UNITS[clouds[1].source.unit]
     with TemporaryDirectory(prefix="divespot-") as folder:
         path = Path(folder) / "before.npy"
 
         def held_against(earlier: NDArray[np.float64]) -> Report:
             np.save(path, earlier / unit_m)
             stage = _named(on_stage, "change")
-            return measure(after, s.changed(base=f"surface={path}"), on_stage=stage)
+            found = measure(after, s.changed(base=f"surface={path}"), on_stage=stage)
+            # The file is gone soon.
+            return dataclasses.replace(found, settings=found.settings.changed(base=s.base))
 
         difference = held_against(points)
         found = _alignment(first, second, difference)
         aligned = is_wanted and _is_off(found)
         if aligned:
             difference = held_against(_raised(points, found, difference))
-    return _comparison(first, second, difference, found, aligned=aligned)
+    return _comparison((first, second), clouds, difference, found, aligned=aligned)
+
+
+def _alone(scan: Scan, settings: Settings, on_stage: Callable[[str], None] | None) -> Report | None:
+    """Return the piles of one scan; None where no ground is in view that they could stand on."""
+    try:
+        return measure(scan, settings, on_stage=on_stage)
+    except DivespotError as error:
+        if NO_GROUND in str(error):
+            return None
+        raise
 
 
 def _named(on_stage: Callable[[str], None] | None, what: str) -> Callable[[str], None] | None:
     return None if on_stage is None else lambda stage: on_stage(f"{what}: {stage}")
 
 
-def _refuse_other_system(before: Report, after: Report) -> None:
-    one, other = crs_name(before.source.crs), crs_name(after.source.crs)
+def _refuse_other_system(before: Source, after: Source) -> None:
+    one, other = crs_name(before.crs), crs_name(after.crs)
     if one and other and one != other:
         raise DivespotError(
             f"BEFORE is in {one}, AFTER in {other}: one coordinate system is needed"
         )
 
 
-def _alignment(before: Report, after: Report, difference: Report) -> Alignment:
-    """Align on the cells that neither survey calls anything but ground."""
+def _alignment(before: Report | None, after: Report | None, difference: Report) -> Alignment:
+    """Align on the cells that both surveys call nothing but ground."""
     level = difference.level
     frame, grid = level.frame, level.height_map
     off = grid.heights_m - level.base_m
     for report in (before, after):
+        if report is None:
+            off[:] = math.nan
+            break
         standing = (*report.piles, *report.other_objects)
         off[labels(standing, frame, level) > 0] = math.nan
     return align(off, *grid.centers_m())
@@ -135,24 +156,31 @@ def _raised(
 
 
 def _comparison(
-    before: Report, after: Report, difference: Report, found: Alignment, *, aligned: bool
+    reports: tuple[Report | None, Report | None],
+    clouds: tuple[Cloud, Cloud],
+    difference: Report,
+    found: Alignment,
+    *,
+    aligned: bool,
 ) -> Comparison:
     level, frame = difference.level, difference.level.frame
-    was = labels(before.piles, frame, level)
-    is_now = labels(after.piles, frame, level)
+    before, after = (() if report is None else report.piles for report in reports)
+    was, is_now = (labels(piles, frame, level) for piles in (before, after))
     at = labels(difference.piles, frame, level)
     u_m3 = [_u_m3(pile, found, difference) for pile in difference.piles]
     places = tuple(
         _place(pile, u, _over(was, at == pile.id), _over(is_now, at == pile.id))
         for pile, u in zip(difference.piles, u_m3, strict=True)
     )
-    groups = matched(was, is_now, (len(before.piles), len(after.piles)))
+    groups = matched(was, is_now, (len(before), len(after)))
     pairs = list(zip(difference.piles, u_m3, strict=True))
     gained = [pair for pair in pairs if pair[0].volume_m3 > 0.0]
     lost = [pair for pair in pairs if pair[0].volume_m3 <= 0.0]
     return Comparison(
-        before=before,
-        after=after,
+        before=reports[0],
+        after=reports[1],
+        sources=(clouds[0].source, clouds[1].source),
+        settings=difference.settings,
         places=places,
         piles=tuple(_match(group, before, after) for group in groups),
         gain=_sum(gained),
@@ -160,7 +188,10 @@ def _comparison(
         net=_sum(pairs),
         alignment=found,
         aligned=aligned,
-        warnings=_warnings(before, after, found, aligned=aligned),
+        warnings=(
+            *_warnings(reports, found, aligned=aligned),
+            *_not_counted(difference.other_objects),
+        ),
     )
 
 
@@ -194,21 +225,41 @@ def _place(pile: Pile, u_m3: float, was: tuple[int, ...], is_now: tuple[int, ...
     )
 
 
-def _match(group: tuple[tuple[int, ...], tuple[int, ...]], before: Report, after: Report) -> Match:
-    were = [before.piles[i - 1] for i in group[0]]
-    are = [after.piles[i - 1] for i in group[1]]
+def _match(
+    group: tuple[tuple[int, ...], tuple[int, ...]],
+    before: Sequence[Pile],
+    after: Sequence[Pile],
+) -> Match:
+    were = [before[i - 1] for i in group[0]]
+    are = [after[i - 1] for i in group[1]]
     volumes = [sum(pile.volume_m3 for pile in piles) for piles in (were, are)]
     u95 = math.hypot(*(pile.u95_m3 for pile in (*were, *are)))
     return Match(*group, volumes[0], volumes[1], Change(volumes[1] - volumes[0], u95))
 
 
-def _warnings(before: Report, after: Report, found: Alignment, *, aligned: bool) -> tuple[str, ...]:
-    own = [f"before: {text}" for text in before.warnings]
-    own += [f"after: {text}" for text in after.warnings]
-    how = "x and y were taken as they are: both scans must be in one frame"
+def _warnings(
+    reports: tuple[Report | None, Report | None], found: Alignment, *, aligned: bool
+) -> tuple[str, ...]:
+    told = []
+    for name, report in zip(("before", "after"), reports, strict=True):
+        own = (WITHOUT_GROUND,) if report is None else report.warnings
+        told += [f"{name}: {text}" for text in own]
+    told.append("x and y were taken as they are: both scans must be in one frame")
     if not found.blocks:
-        heights = "too little ground was seen in both scans to align them: heights were taken too"
-        return *own, how, f"{heights}, and u95 knows nothing of how well they fit"
-    if not aligned:
-        return *own, how
-    return *own, how, f"the earlier scan was raised by {found.offset_m:.2g} m to lie on the ground"
+        told.append(
+            "too little ground was seen in both scans to align them: heights were taken as they "
+            "are too, and u95 knows nothing of how well they fit"
+        )
+    elif aligned:
+        told.append(f"the earlier scan was raised by {found.offset_m:.2g} m to lie on the ground")
+    return tuple(told)
+
+
+def _not_counted(others: Sequence[Pile]) -> list[str]:
+    """Return a warning of what differs but is no bulk material that came or went."""
+    if not others:
+        return []
+    volume_m3 = sum(abs(item.volume_m3) for item in others)
+    reasons = ", ".join(dict.fromkeys(str(item.reason) for item in others))
+    places = counted(len(others), "place")
+    return [f"{places} that differ, {volume_m3:.2g} m³ in all, are not counted: {reasons}"]

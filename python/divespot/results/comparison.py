@@ -13,6 +13,7 @@ from divespot.report import COVERAGE, finite
 if TYPE_CHECKING:
     from divespot.report import Pile, Position, Report, Source
     from divespot.results.alignment import Alignment
+    from divespot.settings import Settings
 
 SCHEMA = "divespot.comparison/1"
 
@@ -70,12 +71,16 @@ class Match:
 class Comparison:
     """Two surveys of a place.
 
+    `before` and `after` are their reports, None where no ground was in view; `settings` are those
+    with which the change was measured.
     `gain` are the places that gained, `loss` those that lost, `net` both. `aligned` says whether
     the earlier scan was raised so that stable ground lies on stable ground.
     """
 
-    before: Report
-    after: Report
+    before: Report | None
+    after: Report | None
+    sources: tuple[Source, Source]
+    settings: Settings
     places: tuple[Place, ...]
     piles: tuple[Match, ...]
     gain: Change
@@ -92,8 +97,8 @@ class Comparison:
         return {
             "schema": SCHEMA,
             "divespot": __version__,
-            "before": _survey(self.before),
-            "after": _survey(self.after),
+            "before": _survey(self.sources[0], self.before),
+            "after": _survey(self.sources[1], self.after),
             "gain": dataclasses.asdict(self.gain),
             "loss": dataclasses.asdict(self.loss),
             "net": dataclasses.asdict(self.net),
@@ -101,7 +106,7 @@ class Comparison:
             "alignment": self._alignment(),
             "piles": [{"state": one.state, **dataclasses.asdict(one)} for one in self.piles],
             "places": [dataclasses.asdict(place) for place in self.places],
-            "settings": dataclasses.asdict(self.after.settings),
+            "settings": dataclasses.asdict(self.settings),
             "warnings": list(self.warnings),
         }
 
@@ -121,9 +126,9 @@ class Comparison:
         }
 
 
-def _survey(report: Report) -> dict[str, Any]:
-    source: Source = report.source
-    return {"source": dataclasses.asdict(source), "total": dataclasses.asdict(report.total)}
+def _survey(source: Source, report: Report | None) -> dict[str, Any]:
+    total = None if report is None else dataclasses.asdict(report.total)
+    return {"source": dataclasses.asdict(source), "total": total}
 
 
 def changed(piles: list[Pile], u_alignment_m3: list[float]) -> Change:
