@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+import os
 import re
 from datetime import datetime
 from functools import cache
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -204,3 +206,23 @@ def test_tonnes_need_a_density(heaps: Path) -> None:
     with pytest.raises(DivespotError, match="density"):
         Shown.of(divespot.measure(heaps), "t")
     assert run("measure", heaps, "--show-unit", "pint").exit_code == 2
+
+
+# Names
+
+
+@pytest.mark.skipif(os.name == "nt", reason="file names are text there")
+def test_names_that_are_no_text_cost_nothing(heaps: Path, tmp_path: Path) -> None:
+    odd = os.fsencode(tmp_path / "scan") + b"\xff\x1b.ply"
+    os.link(heaps, odd)
+    name = os.fsdecode(odd)
+    outputs = ["--csv", "a.csv", "--geojson", "a.geojson", "--history", "a.db", "--json", "a.json"]
+    if all(find_spec(extra) for extra in ("jinja2", "matplotlib", "plotly")):
+        outputs += ["--report", "a.html"]
+    placed = [part if part.startswith("--") else str(tmp_path / part) for part in outputs]
+    done = run("measure", name, *placed)
+    assert done.exit_code == 0, done.stderr
+    assert len(rows(tmp_path / "a.csv")) == 3
+    named = dataclasses.replace(measured().piles[0], name="\ud800")
+    save_csv(dataclasses.replace(measured(), piles=(named,)), tmp_path / "b.csv")
+    assert rows(tmp_path / "b.csv")[0]["name"] == "?"

@@ -8,7 +8,7 @@ import os
 from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Any
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, encodable
 from divespot.output import append_line, refuse_inputs, write_text
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def rows_of(report: Report, time: str | None = None) -> list[dict[str, Any]]:
     source = report.source
     common = {
         "time": now() if time is None else time,
-        "scan": source.path,
+        "scan": encodable(source.path),
         "scan_unit": source.unit,
         "crs": source.crs,
         "material": report.settings.material,
@@ -64,6 +64,7 @@ def _own(pile: Pile) -> dict[str, Any]:
     return {
         "pile": pile.id,
         **{name: getattr(pile, name) for name in _OWN},
+        "name": encodable(pile.name),
         "centroid_x": x,
         "centroid_y": y,
         "centroid_z": z,

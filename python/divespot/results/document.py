@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from divespot.errors import printable
 from divespot.numbers import rounded, with_uncertainty
 from divespot.report import COVERAGE
 from divespot.results.crs_name import crs_name
@@ -99,14 +100,14 @@ class Document:
         more = words["sections_more"].format(all=count, shown=most_sections)
         return cls(
             texts=words,
-            title=survey.site or Path(scan_name(report)).stem,
+            title=printable(survey.site or Path(scan_name(report)).stem),
             facts=_facts(report, _date(date), words),
             piles=_piles(report, shown, words),
             trust=trust_sentence(report, shown, words),
             change=_change(report, shown, survey, words),
             filled=_filled(report, shown, words),
             left_out=_left_out(report, shown, words),
-            warnings=report.warnings,
+            warnings=tuple(map(printable, report.warnings)),
             provenance=_provenance(report, _date(date), words),
             settings=_settings(report),
             more_sections=more if count > most_sections else None,
@@ -124,7 +125,10 @@ def _facts(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tuple[s
         (words["date"], date),
         (words["scan"], scan_name(report)),
         (words["points"], f"{source.points:,}"),
-        (words["system"], crs_name(source.crs) or words["system_none"].format(unit=source.unit)),
+        (
+            words["system"],
+            printable(crs_name(source.crs) or "") or words["system_none"].format(unit=source.unit),
+        ),
         (words["material"], settings.material or words["material_none"]),
     ]
     if settings.density_kg_m3 is not None:
@@ -154,7 +158,7 @@ def _piles(report: Report, shown: Shown, words: Mapping[str, Any]) -> Table:
         remarks = ((pile.touches_edge, "runs_out"), (pile.leans_on_wall, "leans"))
         return (
             Cell(str(pile.id), pile.id),
-            *([Cell(pile.name or "")] if named else []),
+            *([Cell(printable(pile.name or ""))] if named else []),
             *first(pile),
             Cell(rounded(pile.footprint_m2), pile.footprint_m2),
             Cell(rounded(pile.max_height_m), pile.max_height_m),
@@ -221,13 +225,13 @@ def _provenance(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tu
 
     source = report.source
     return (
-        (words["file"], source.path or "-"),
+        (words["file"], printable(source.path or "-")),
         (words["sha256"], file_hash(source.path) or words["sha256_none"]),
         (words["version"], __version__),
         (words["seed"], str(report.seed)),
         (words["measured_on"], date),
         (words["dropped"], f"{source.dropped_nonfinite + source.dropped_zero:,}"),
-        (words["base_rule"], report.settings.base),
+        (words["base_rule"], printable(report.settings.base)),
     )
 
 
@@ -253,4 +257,4 @@ def _settings(report: Report) -> tuple[tuple[str, str], ...]:
 def _told(value: Any) -> str:  # noqa: ANN401 - any setting
     if isinstance(value, bool):
         return "on" if value else "off"
-    return rounded(value, 4) if isinstance(value, float) else str(value)
+    return rounded(value, 4) if isinstance(value, float) else printable(str(value))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, encodable
 from divespot.output import HISTORY, refuse_inputs, require_own
 from divespot.results.csv_rows import now
 
@@ -74,7 +74,8 @@ def add(
     refuse_inputs(path, "the history", report.inputs)
     require_own(path, HISTORY, "the history")
     total = report.total
-    row = (time or now(), site, report.source.path, *vars(total).values(), len(report.piles))
+    scan = encodable(report.source.path)
+    row = (time or now(), site, scan, *vars(total).values(), len(report.piles))
     with _opened(path, begin=True) as base:
         marks = ", ".join("?" * (len(row) + 2))
         names = "time, site, scan, volume_m3, u95_m3, mass_kg, u95_mass_kg, piles, divespot, report"
@@ -93,7 +94,7 @@ def add(
 def _pile_row(number: int, pile: Any) -> tuple[Any, ...]:  # noqa: ANN401 - a pile
     measured = (pile.volume_m3, pile.u95_m3, pile.mass_kg, pile.u95_mass_kg)
     return (
-        *(number, pile.id, pile.name, *measured),
+        *(number, pile.id, encodable(pile.name), *measured),
         *(pile.footprint_m2, pile.max_height_m, *pile.centroid_m),
     )
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from divespot.errors import printable
 from divespot.extras import extra
 from divespot.results.document import Document, Survey, Table
 from divespot.results.drawings import MOST_SECTIONS, budget_svg, history_svg, plan_svg, section_svgs
@@ -65,7 +66,7 @@ def _draw(report: Report, doc: Document, place: Path) -> dict[str, Any]:
     sections = []
     for pile, drawing in section_svgs(report, words):
         file = f"section-{pile.id}.svg"
-        name = f"{words['pile']} {pile.id}" + (f": {pile.name}" if pile.name else "")
+        name = f"{words['pile']} {pile.id}" + (f": {printable(pile.name)}" if pile.name else "")
         sections.append((name, file))
         drawings[file] = drawing
     for file, drawing in drawings.items():

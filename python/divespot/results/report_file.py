@@ -34,6 +34,9 @@ def save_report(report: Report, path: str | os.PathLike[str], survey: Survey | N
     ending = PurePath(path).suffix.lower()
     if ending not in ENDINGS:
         raise DivespotError(f"{path}: a report page is one of {', '.join(ENDINGS)}")
-    page = pdf_report(report, survey) if ending == ".pdf" else html_report(report, survey).encode()
+    if ending == ".pdf":
+        page = pdf_report(report, survey)
+    else:
+        page = html_report(report, survey).encode("utf-8", "replace")
     with whole(path) as stream:
         stream.write(page)
