@@ -79,7 +79,7 @@ class Source:
     crs: str | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cloud:
     """Finite points in metres relative to `origin_m`, and where they came from.
 

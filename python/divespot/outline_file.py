@@ -1,4 +1,4 @@
-"""Outlines as GeoJSON: what to measure inside of, and what was found."""
+"""Outlines as GeoJSON: what to measure inside of."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LARGEST_BYTES = 256 << 20
 PLAN_DEG = 45.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Region:
     """An area to measure inside of.
 

@@ -8,9 +8,11 @@ from __future__ import annotations
 import click
 
 from divespot import __version__
+from divespot.cli.compare import compare
 from divespot.cli.demo import demo
 from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
+from divespot.cli.history import history
 from divespot.cli.materials import materials
 from divespot.cli.measure import measure
 from divespot.cli.reproduce import reproduce
@@ -20,10 +22,12 @@ __all__ = ["main"]
 
 
 @click.group(cls=Guarded, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="divespot", message="%(prog)s %(version)s")
+@click.version_option(
+    __version__, "-V", "--version", prog_name="divespot", message="%(prog)s %(version)s"
+)
 def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, simulate, demo, evaluate, reproduce, materials):
+for command in (measure, compare, history, simulate, demo, evaluate, reproduce, materials):
     main.add_command(command)

@@ -6,17 +6,23 @@ import io
 import sys
 import threading
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from divespot.errors import printable
+from divespot.log import NAME
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
     from rich.console import Console
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+#: Columns of text that goes into a file or a pipe, where no line is too long.
+FILE_COLUMNS = 120
 
 #: What takes no longer needs no progress line.
 PATIENCE_S = 1.0
@@ -28,7 +34,8 @@ def stdout_console() -> Console:
 
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every terminal knows a ±
-    return Console(markup=False, highlight=False, emoji=False)
+    width = None if sys.stdout is not None and sys.stdout.isatty() else FILE_COLUMNS
+    return Console(markup=False, highlight=False, emoji=False, width=width)
 
 
 def file_name(path: str | os.PathLike[str]) -> str:
@@ -40,6 +47,34 @@ def tell(line: str) -> None:
     """Print a line on stderr; where nobody can read it, go on without."""
     with suppress(OSError, ValueError):
         click.echo(line, err=True)
+
+
+def loudness_options(command: F) -> F:
+    """Add ``--verbose``, which logs on stderr, and ``--quiet``, which the command reads."""
+    verbose = click.option(
+        *("-v", "--verbose"),
+        is_flag=True,
+        expose_value=False,
+        callback=_log,
+        help="tell each stage with its time on stderr",
+    )
+    quiet = click.option(
+        *("-q", "--quiet"), is_flag=True, help="print errors alone: no table, no warnings"
+    )
+    return verbose(quiet(command))
+
+
+def _log(_ctx: click.Context, _param: click.Parameter, value: bool) -> None:  # noqa: FBT001 - click's call
+    if not value:
+        return
+    import logging  # noqa: PLC0415 - for those who want it
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("divespot: %(message)s"))
+    handler.addFilter(lambda record: record.levelno < logging.WARNING)  # those are printed anyway
+    logger = logging.getLogger(NAME)
+    logger.handlers = [handler]
+    logger.setLevel(logging.INFO)
 
 
 @contextmanager

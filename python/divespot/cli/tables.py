@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
-from divespot.errors import printable, shortened
 from divespot.numbers import rounded, volume_unit, with_uncertainty
+from divespot.results.show_units import Shown
+from divespot.results.telling import title
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,33 +17,49 @@ if TYPE_CHECKING:
     from divespot.report import Pile, Report, Total
 
 
-def report_table(report: Report) -> Table:
-    """Return a row for each pile, their total, and a row for each other object."""
+def report_table(report: Report, unit: str | None = None) -> Table:
+    """Return a row for each pile, their total, and a row for each other object.
+
+    The volume is the net of cut (above the base) and fill (below it).
+    """
     items = (*report.piles, *report.other_objects)
-    unit, per_m3 = volume_unit(max((abs(item.volume_m3) for item in items), default=1.0))
-    weighed = any(item.mass_kg is not None for item in items)
-    table = plain_table("", f"volume {unit}", "footprint\nm²", "height\nm", "seen")
+    shown = Shown.of(report, unit)
+    weighed = not shown.as_mass and any(item.mass_kg is not None for item in items)
+    numbers = ("cut", "fill", "area\nm²", "height\nm", "seen")
+    table = plain_table("", f"net {shown.header}", *numbers)
+    table.padding = (0, 1, 0, 0)
     if weighed:
         table.add_column("mass kg", justify="right", no_wrap=True)
     table.add_column("remarks")
     for pile in report.piles:
-        table.add_row(_title(pile), *_cells(pile, per_m3, weighed=weighed))
+        table.add_row(title(pile), *_cells(pile, shown, weighed=weighed))
     if len(report.piles) > 1:
-        mass = ["", "", "", _mass(report.total)] if weighed else []
-        table.add_row("total", _volume(report.total, per_m3), *mass, style="bold")
+        mass = [_mass(report.total)] if weighed else []
+        cells = [shown.measured(report.total), *_sums(report, shown), "", "", ""]
+        table.add_row("total", *cells, *mass, style="bold")
     table.add_section()
     for item in report.other_objects:
-        table.add_row(f"other {item.id}", *_cells(item, per_m3, weighed=weighed), style="dim")
+        table.add_row(f"other {item.id}", *_cells(item, shown, weighed=weighed), style="dim")
     return table
+
+
+def _sums(report: Report, shown: Shown) -> tuple[str, str]:
+    cut, fill = (sum(getattr(p, name) for p in report.piles) for name in ("cut_m3", "fill_m3"))
+    return _parts(cut, fill, report.total.u95_m3, shown)
+
+
+def _parts(cut_m3: float, fill_m3: float, u95_m3: float, shown: Shown) -> tuple[str, str]:
+    """Return cut and fill with the digits that their uncertainty leaves."""
+    return shown.number(cut_m3, u95_m3), shown.number(fill_m3, u95_m3)
 
 
 def bases_table(report: Report) -> Table:
     """Return each pile's volume above every base that was compared."""
     unit, per_m3 = volume_unit(max(pile.volume_m3 for pile in report.piles))
-    compared = [(_title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
+    compared = [(title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
     table = plain_table(f"volume {unit} by base", *compared[0][1])
-    for title, volumes in compared:
-        table.add_row(title, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
+    for name, volumes in compared:
+        table.add_row(name, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
     return table
 
 
@@ -67,9 +84,10 @@ def plain_table(first: str, *numbers: str) -> Table:
     return table
 
 
-def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
+def _cells(item: Pile, shown: Shown, *, weighed: bool) -> list[str]:
     cells = [
-        _volume(item, per_m3),
+        shown.measured(item),
+        *_parts(item.cut_m3, item.fill_m3, item.u95_m3, shown),
         rounded(item.footprint_m2),
         rounded(item.max_height_m),
         f"{item.seen_fraction:.0%}",
@@ -81,13 +99,5 @@ def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
     return [*cells, ", ".join(filter(None, (item.reason, runs_out, leans)))]
 
 
-def _title(pile: Pile) -> str:
-    return f"pile {pile.id}" + (f" ({shortened(printable(pile.name), 40)})" if pile.name else "")
-
-
 def _mass(item: Pile | Total) -> str:
     return with_uncertainty(item.mass_kg or 0.0, item.u95_mass_kg or 0.0)
-
-
-def _volume(item: Pile | Total, per_m3: float) -> str:
-    return with_uncertainty(per_m3 * item.volume_m3, per_m3 * item.u95_m3)

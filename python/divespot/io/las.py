@@ -53,7 +53,7 @@ def read_las(data: bytes, wanted: Wanted) -> RawCloud:
             if reader.header.are_points_compressed:
                 _check_chunks(data, reader.header)
             xyz = _read_points(reader, wanted_ones)
-            crs = _read_crs(reader.header)
+            crs = read_crs(reader.header)
     except DivespotError:
         raise
     # laspy and lazrs document no exceptions; whatever they raise here, the bytes are at fault.
@@ -165,7 +165,7 @@ def _read_points(reader: laspy.LasReader, wanted: LasFilter) -> FloatArray:
     return np.concatenate(parts)
 
 
-def _read_crs(header: laspy.LasHeader) -> Crs:
+def read_crs(header: laspy.LasHeader) -> Crs:
     """Return what the WKT record says, or else the GeoTIFF keys."""
     records = [*header.vlrs, *(header.evlrs or [])]
     projection = {v.record_id: v for v in records if v.user_id.strip("\0 ") == "LASF_Projection"}
