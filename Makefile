@@ -1,5 +1,5 @@
-# make demo · make test · make check · make bench · make docs · make clean
-# Needed beforehand: Python 3.10 or newer (PYTHON names another one) and a Rust toolchain.
+# make demo · make test · make check · make bench · make wheels · make docs · make clean
+# Needed beforehand: Python 3.10 or newer (PYTHON names another one) and Rust 1.89 or newer.
 
 PYTHON ?= python3
 VENV := .venv
@@ -9,9 +9,11 @@ RUST := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.loc
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
+# The backend is maturin, by way of packaging/backend.py.
+export MATURIN_NO_MISSING_BUILD_BACKEND_WARNING := 1
 
 .PHONY: build demo test test-rust test-python test-checked fuzz fuzz-kernels interrupt check lint-rust lint-python bench \
-	docs docs-fields docs-pictures clean
+	docs docs-fields wheels test-aarch64 footprint audit docs-pictures clean
 
 demo: build
 	$(BIN)/python -m divespot demo
@@ -88,6 +90,34 @@ bench: build
 	cargo bench --package divespot-benches -- --quick
 	$(PYTHON) benches/gate.py || test $$? -eq 2 # 2: no valgrind, which it says
 	$(PYTHON) benches/rivals.py
+
+# What a release consists of, in dist/. zig links against the glibc 2.17 of manylinux2014.
+TARGETS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
+MUSL := x86_64-unknown-linux-musl aarch64-unknown-linux-musl
+ARM_WHEEL = $(wildcard dist/divespot-*-manylinux*_aarch64.whl)
+HOST_WHEEL = $(wildcard dist/divespot-*-manylinux*_$(shell uname -m).whl)
+
+wheels: $(VENV)/made
+	@for target in $(TARGETS) $(MUSL); do test -d "$$(rustc --print target-libdir --target $$target)" \
+	|| { echo "Rust for $$target is needed: rustup target add $$target"; exit 1; }; done
+	$(BIN)/python -m pip install --group wheels
+	rm -rf dist
+	$(BIN)/python -m maturin sdist --out dist
+	set -e; for target in $(TARGETS); do PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m maturin build \
+	--release --zig --target $$target --compatibility manylinux2014 --out dist; done
+	set -e; for target in $(MUSL); do PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m maturin build \
+	--release --zig --target $$target --compatibility musllinux_1_2 --out dist; done
+
+# Needs Debian's qemu-user-static, and dist/ from make wheels.
+test-aarch64: build
+	$(BIN)/python packaging/aarch64.py $(or $(ARM_WHEEL),$(error make wheels first))
+
+footprint: build
+	$(BIN)/python benches/footprint.py $(or $(HOST_WHEEL),$(error make wheels first))
+
+# Licences, advisories and sources of all crates: deny.toml. cargo install cargo-deny
+audit:
+	cargo deny --workspace check
 
 docs-pictures: build
 	$(BIN)/python docs/pictures.py

@@ -59,8 +59,8 @@ fn label(map: &HeightMap, cell: usize) -> i32 {
 }
 
 fn pile_height_m([x, y]: [f64; 2]) -> f64 {
-    let away_m = (x - PILE_CENTER_M[0]).hypot(y - PILE_CENTER_M[1]);
-    PILE_SLOPE * (PILE_RADIUS_M - away_m).max(0.0)
+    let [u, v] = [x - PILE_CENTER_M[0], y - PILE_CENTER_M[1]];
+    PILE_SLOPE * (PILE_RADIUS_M - (u * u + v * v).sqrt()).max(0.0)
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014).

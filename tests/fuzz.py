@@ -23,11 +23,22 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 import divespot
 from divespot import DivespotError
 from divespot import io as dio
 from divespot.outline_file import read_regions
 from io_samples import POINTS, UTM, VALID, VALID_LAS, las, npz, pcd, raster, text
+from scanner_samples import (
+    PLACE,
+    TURN,
+    cartesian,
+    e57,
+    ptx,
+    with_checksums,
+    without_checksums,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -73,6 +84,10 @@ def polygon(*lines: list[list[float]]) -> bytes:
     return json.dumps({"type": "FeatureCollection", "features": features}).encode()
 
 
+CRS = b'"crs": {"type": "name", "properties": {"name": "EPSG:32632"}}, '
+SPHERE = {
+    name: POINTS[:, axis] for axis, name in enumerate(("sphericalRange", "sphericalAzimuth"))
+} | {"sphericalElevation": POINTS[:, 2], "sphericalInvalidState": np.zeros(5, np.uint8)}
 SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]
 TABLE = raster(0.5, 8) + UTM
 NUMBERED = "".join(f"{i},{y},{x},{z},GS\n" for i, (x, y, z) in enumerate(TABLE.tolist())).encode()
@@ -88,6 +103,11 @@ SEEDS = {
     "utm.xyz": text(TABLE),
     "scan.ply.gz": gzip.compress(VALID["ascii.ply"], mtime=0),
     "scan.zip": zipped(VALID["little.ply"]),
+    "poses.e57": e57((cartesian(POINTS), (1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0)), (SPHERE, None)),
+    "several.ptx": ptx(POINTS[:2]) + ptx(POINTS[2:], TURN, PLACE),
+    "several.pts": b"5\n" + text(POINTS) + b"5\n" + text(POINTS),
+    "grid.asc": b"ncols 2\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3 4 5 6\n",
+    "named.geojson": polygon(SQUARE).replace(b'"features"', CRS + b'"features"'),
     "lines.geojson": polygon(SQUARE, [[x + 2, y] for x, y in SQUARE]),
 }
 
@@ -99,7 +119,15 @@ def mutated(number: int) -> tuple[str, bytes]:
     data = bytearray(SEEDS[name])
     for _ in range(rng.choice((1, 1, 2, 3, 8))):
         rng.choice(MUTATIONS)(rng, data)
+    if name.endswith(".e57") and rng.random() < 0.8:
+        return name, repaired(bytes(data))
     return name, bytes(data)
+
+
+def repaired(data: bytes) -> bytes:
+    """Return an E57 file with right checksums, so that what lies under them is read."""
+    body = without_checksums(data)
+    return with_checksums(body + bytes(-len(body) % 1020))
 
 
 def _flip(rng: random.Random, data: bytearray) -> None:

@@ -7,12 +7,13 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import laspy
-import lzf
 import numpy as np
 import pytest
 
 from divespot import DivespotError
 from divespot import io as dio
+from lzf_twin import compress
+from scanner_samples import cartesian, e57, ptx
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -78,7 +79,7 @@ def pcd(points: NDArray[Any], encoding: str, kind: str = "f4") -> bytes:
         table["xyz"] = points
         return head.encode() + table.tobytes()
     raw = bytes(4 * n) + points.T.astype(f"<{kind}").tobytes() + bytes(12 * n)
-    packed: bytes = lzf.compress(raw)
+    packed = compress(raw)
     return head.encode() + struct.pack("<II", len(packed), len(raw)) + packed
 
 
@@ -138,8 +139,13 @@ VALID = {
     "cloud.xyz": text(POINTS),
     "cloud.csv": b"x,y,z\n" + text(POINTS, ","),
     "cloud.pts": b"5\n" + text(POINTS),
+    "cloud.ptx": ptx(POINTS),
+    "cloud.e57": e57((cartesian(POINTS[:2]), None), (cartesian(POINTS[2:]), None)),
 }
 """Files that hold POINTS."""
+
+IN_METRES = (".ptx", ".e57")
+"""Formats whose numbers are metres by definition."""
 
 VALID_LAS = {
     "cloud.las": las(FINITE),
@@ -151,13 +157,13 @@ VALID_LAS = {
 UTM = np.array([432_000.0, 5_391_000.0, 120.0])
 
 
-def read(folder: Path, name: str, data: bytes, **options: str) -> dio.Scan:
+def read(folder: Path, name: str, data: bytes, **options: Any) -> dio.Scan:  # noqa: ANN401
     path = folder / name
     path.write_bytes(data)
     return dio.read(path, **options)
 
 
-def refused(folder: Path, name: str, data: bytes, **options: str) -> str:
+def refused(folder: Path, name: str, data: bytes, **options: Any) -> str:  # noqa: ANN401
     with pytest.raises(DivespotError) as caught:
         read(folder, name, data, **options)
     assert "\n" not in str(caught.value)

@@ -93,6 +93,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         divespot.integrate,
         {"heights_m": MAP.heights_m, "base_m": 0.0, "cell_m": 0.25},
     ),
+    "info": (divespot.info, {"path": "scan.npy"}),
     "measure": (divespot.measure, {"source": CONE}),
     "point_spacing": (divespot.point_spacing, {"points": CONE}),
     "radius_outlier_mask": (
@@ -105,6 +106,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "survey": (divespot.survey, {"points": CONE}),
     "voxel_downsample": (divespot.voxel_downsample, {"points": CONE, "voxel_m": 0.1}),
     "io.read": (dio.read, {"path": "scan.npy"}),
+    "io.sample": (dio.sample, {"path": "scan.npy"}),
     "io.write": (dio.write, {"path": "out.ply", "points": CONE}),
     "plot.figure": (plot.figure, {"report": REPORT}),
     "plot.save_picture": (plot.save_picture, {"report": REPORT, "path": "picture.png"}),

@@ -36,6 +36,7 @@ OUTLINE = Path(__file__).parent / "data" / "heap.geojson"
 #: A value other than the default for each setting, as typed and as passed to Python.
 OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "unit": (["--unit", "mm"], "mm"),
+    "crs": (["--crs", "EPSG:32632"], "EPSG:32632"),
     "columns": (["--columns", "2,1,3"], "2,1,3"),
     "classes": (["--classes", "0,2"], "0,2"),
     "returns": (["--returns", "last"], "last"),
@@ -64,6 +65,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "surface": (["--surface", "triangles"], "triangles"),
     "select": (["--select", "all"], "all"),
     "outline": (["--outline", str(OUTLINE)], str(OUTLINE)),
+    "inside": (["--inside", "-9,-9,9,9"], (-9.0, -9.0, 9.0, 9.0)),
     "base": (["--base", "height=0.01"], "height=0.01"),
     "compare_bases": (["--compare-bases"], True),
     "toe_m": (["--toe-m", "0.08"], 0.08),
@@ -119,6 +121,7 @@ def test_json_keeps_its_contract(heap: Path) -> None:
     kinds = {
         "schema": str,
         "divespot": str,
+        "status": str,
         "source": dict,
         "piles": list,
         "other_objects": list,
@@ -137,7 +140,7 @@ def test_json_keeps_its_contract(heap: Path) -> None:
         assert report["settings"][name] > 0, "derived lengths are told"
     assert report["settings"]["stages"]["toe_m"] > 0
     source = ("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs")
-    assert tuple(report["source"]) == source
+    assert tuple(report["source"]) == (*source, "files", "scale_factor")
     assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
     ground = {"normal", "offset_m", "tilt_deg", "roughness_m", "inlier_fraction", "up_from"}
     assert set(report["ground"]) == ground
@@ -339,6 +342,9 @@ def test_bad_file_in_a_real_process(tmp_path: Path) -> None:
         ["measure", "x.ply", "--radius-m", "wide"],
         ["measure", "x.ply", "--crop", "1,2,3"],
         ["measure", "x.ply", "--crop", "a"],
+        ["measure", "x.ply", "--inside", "1,2,3"],
+        ["measure", "x.ply", "--inside", "1,2,0,3"],
+        ["measure", "x.ply", "--inside", "1,2,3,4", "--outline", "a.geojson"],
         ["measure", "x.ply", "--base", "sea"],
         ["measure", "x.ply", "--up", "sideways"],
         ["measure", "x.ply", "--up", "0,0,0"],
@@ -463,7 +469,7 @@ def test_demo_without_a_folder(tmp_path: Path) -> None:
 
 def test_version_and_light_start() -> None:
     assert run("--version").stdout == f"divespot {divespot.__version__}\n"
-    heavy = "rich", "matplotlib", "laspy", "divespot.simulate"
+    heavy = "matplotlib", "laspy", "divespot.simulate", "divespot.cli.table"
     code = (
         "import sys; from divespot.cli import main\n"
         "try: main(['--help'])\n"

@@ -17,6 +17,7 @@ from divespot import io as dio
 from io_samples import POINTS, UTM, VALID, VALID_LAS, npy, npz, pcd, ply, raster, read, refused
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -369,3 +370,47 @@ def test_a_chunk_that_counts_otherwise_is_corrupt(tmp_path: Path) -> None:
     start = struct.unpack_from("<I", data, 96)[0]
     struct.pack_into("<I", data, start + 8 + 36, 3)
     assert "corrupt" in refused(tmp_path, "a.laz", bytes(data))
+
+
+# COPC
+
+
+def test_of_an_octree_only_what_is_cropped_is_read(
+    real_scan: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = real_scan("lone-star.copc.laz")
+    whole = dio.read(path).points
+    middle = (whole.min(axis=0) + whole.max(axis=0)) / 2
+    plan = (*(middle[:2] - 3.0), *(middle[:2] + 2.0))
+    inside = (whole[:, :2] >= plan[:2]) & (whole[:, :2] <= plan[2:])
+    some = dio.read(path, plan=plan).points
+    rows = {tuple(row) for row in some.tolist()}
+    assert rows >= {tuple(row) for row in whole[inside.all(axis=1)].tolist()}
+    assert len(some) < len(whole) / 5
+    assert len(dio.read(path, plan=(0, 0, 1, 1)).points) == len(whole)
+    monkeypatch.setattr("divespot.io.copc.TIMES", 0)
+    with pytest.raises(DivespotError, match="goes in circles"):
+        dio.read(path, plan=plan)
+
+
+def test_an_octree_whose_header_promises_more(
+    real_scan: Callable[[str], Path], tmp_path: Path
+) -> None:
+    data = bytearray(real_scan("lone-star.copc.laz").read_bytes())
+    data[247:255] = struct.pack("<Q", 2**56)
+    for options in ({}, {"plan": (515_384.0, 4_918_360.0, 515_386.0, 4_918_362.0)}):
+        assert "chunks hold 518862" in refused(tmp_path, "a.laz", bytes(data), **options)
+
+
+def test_an_octree_that_lies(real_scan: Callable[[str], Path], tmp_path: Path) -> None:
+    data = bytearray(real_scan("lone-star.copc.laz").read_bytes())
+    # A node is its key, offset, bytes and points; the last of all is at the end.
+    data[-4:] = struct.pack("<i", 50_000)
+    plan = (515_368.0, 4_918_340.0, 515_402.0, 4_918_382.0)
+    assert "disagree" in refused(tmp_path, "a.laz", bytes(data), plan=plan)
+
+
+@pytest.mark.parametrize("plan", [(1, 2, 3), (1, 2, 3, np.nan), "1234x", 7, (1, 2, 3, "x")])
+def test_a_plan_is_four_numbers(tmp_path: Path, plan: object) -> None:
+    with pytest.raises(DivespotError, match="four numbers"):
+        dio.read(tmp_path / "a.laz", plan=plan)  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import divespot
-from divespot import DivespotError, Report
+from divespot import DivespotError, Report, Settings
 from divespot.outline_file import read_regions
 from solids import SOLIDS, Floats, raster, sampled
 
@@ -326,3 +326,30 @@ def test_an_outline_on_or_beyond_a_wall_gives_the_same(ends_m: float, tmp_path: 
     truth = np.pi / 2 * (0.35 / 0.6) ** 2 * 0.35 / 3
     assert abs(pile.volume_m3 - truth) < max(pile.u95_m3, 0.01 * truth)
     assert pile.u95_m3 < 0.05 * truth
+
+
+# A rectangle
+
+
+@pytest.mark.parametrize("up", [np.zeros(3), UTM_M])
+def test_a_rectangle_is_an_outline(up: Floats, tmp_path: Path) -> None:
+    half, (x, y) = 0.6, up[:2]
+    lines = [[a + dx, b + dy] for (a, b), (dx, dy) in (((x, y), corner) for corner in square(half))]
+    by_file = inside(tmp_path, cone() + up, polygon(lines))
+    by_option = divespot.measure(cone() + up, inside=(x - half, y - half, x + half, y + half))
+    assert by_option.total == by_file.total
+    assert volume_m3(by_option) == pytest.approx(SOLIDS["cone"].volume_m3, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("box", "words"),
+    [((0.0, 0.0, 0.0, 1.0), "no area"), ((50.0, 50.0, 51.0, 51.0), "inside")],
+)
+def test_rectangles_that_hold_nothing(box: tuple[float, ...], words: str) -> None:
+    with pytest.raises(DivespotError, match=words):
+        divespot.measure(cone(), inside=box)
+
+
+def test_a_rectangle_or_outlines() -> None:
+    with pytest.raises(DivespotError, match="one of them is needed"):
+        Settings(outline="a.geojson", inside=(0.0, 0.0, 1.0, 1.0))

@@ -23,6 +23,7 @@ OFFSET_M = (482_310.0, 5_456_790.0, 312.0)
 KEYS = [
     "schema",
     "divespot",
+    "status",
     "source",
     "piles",
     "other_objects",
@@ -99,7 +100,8 @@ def test_the_keys_are_those_of_the_contract() -> None:
     assert report["schema"] == "divespot.report/1"
     assert report["divespot"] == divespot.__version__
     assert set(report["source"]) == {
-        *("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs")
+        *("path", "points", "dropped_nonfinite", "dropped_zero", "unit", "crs"),
+        *("files", "scale_factor"),
     }
     assert set(report["total"]) == {"volume_m3", "u95_m3", "mass_kg", "u95_mass_kg"}
     assert set(report["ground"]) == {
@@ -192,7 +194,7 @@ def test_settings_are_resolved_and_the_seed_is_there() -> None:
     report = divespot.measure(taken().points, unit="mm", seed=7)
     found = json.loads(report.to_json())
     assert {name for name, value in found["settings"].items() if value is None} == {
-        *("classes", "columns", "crop", "density_kg_m3", "material", "outline")
+        *("classes", "columns", "crop", "crs", "density_kg_m3", "inside", "material", "outline")
     }
     assert found["seed"] == found["settings"]["seed"] == 7
     assert found["settings"]["unit"] in ("mm", "auto")

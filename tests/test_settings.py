@@ -55,7 +55,16 @@ def test_a_length_that_is_given_stays(name: str) -> None:
 def test_nothing_is_open_in_a_report() -> None:
     found = values(divespot.measure(CONE).settings)
     open_ = {name for name, value in found.items() if value is None}
-    assert open_ == {"classes", "columns", "crop", "density_kg_m3", "material", "outline"}
+    assert open_ == {
+        "classes",
+        "columns",
+        "crop",
+        "crs",
+        "density_kg_m3",
+        "inside",
+        "material",
+        "outline",
+    }
 
 
 def test_the_settings_of_a_report_measure_the_same_again() -> None:

@@ -9,6 +9,7 @@ from divespot.clustering import Clusters, hdbscan
 from divespot.doors import Report
 from divespot.errors import DivespotError
 from divespot.grid import HeightMap, Volume, height_map, integrate
+from divespot.info import Info, info
 from divespot.intake import Source
 from divespot.kernels import (
     HeightHistogram,
@@ -46,6 +47,7 @@ __all__ = [
     "Ground",
     "HeightHistogram",
     "HeightMap",
+    "Info",
     "Material",
     "Pile",
     "Plane",
@@ -63,6 +65,7 @@ __all__ = [
     "hdbscan",
     "height_histogram",
     "height_map",
+    "info",
     "integrate",
     "measure",
     "point_spacing",

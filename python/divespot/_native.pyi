@@ -20,12 +20,14 @@ __all__ = [
     "inside",
     "integrate",
     "leveling",
+    "lzf_decompress",
     "measure_difference",
     "measure_inside",
     "measure_objects",
     "pieces",
     "plane_base",
     "radius_outlier_mask",
+    "read_e57",
     "rotate",
     "rotation_to_z",
     "seen",
@@ -50,6 +52,7 @@ def hdbscan(
     allow_single_cluster: bool,
     threads: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
+def lzf_decompress(packed: bytes, size: int) -> NDArray[np.uint8]: ...
 def radius_outlier_mask(
     points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
 ) -> NDArray[np.bool_]: ...
@@ -236,3 +239,7 @@ def measure_inside(
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def first_crossing(line: NDArray[np.float64]) -> int | None: ...
 def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDArray[np.bool_]: ...
+
+_E57Scan: TypeAlias = tuple[list[str], NDArray[np.float64], tuple[float, ...] | None]
+
+def read_e57(data: bytes) -> tuple[str | None, list[_E57Scan]]: ...

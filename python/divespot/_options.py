@@ -112,6 +112,11 @@ def count(text: str, default: int, least: int, most: int = 2**32 - 1) -> Any:  #
     return _option(default, text, f"a whole number from {least} to {most}", convert, kind=int)
 
 
+def text(help_text: str, default: str | None, **more: Any) -> Any:  # noqa: ANN401
+    """Return a field for a text; None, if that is the default, for none."""
+    return _option(default, help_text, "a text", _text, kind=str, **more)
+
+
 def _text(value: Any) -> str | None:  # noqa: ANN401
     return value if isinstance(value, str) else None
 
@@ -216,15 +221,24 @@ def _path(value: Any) -> str | None:  # noqa: ANN401
     return (os.fsdecode(value) or None) if isinstance(value, str | os.PathLike) else None
 
 
-def box(help_text: str) -> Any:  # noqa: ANN401
-    """Return a field for an axis-aligned box; None for none."""
-    needed = "x0,y0,z0,x1,y1,z1 with each of the first three no larger than its counterpart"
-    return _option(None, help_text, needed, _box, kind=tuple)
+def box(help_text: str, axes: str) -> Any:  # noqa: ANN401
+    """Return a field for two corners of an axis-aligned box; None for none."""
+    names = [f"{axis}{end}" for end in (0, 1) for axis in axes]
+    least = " and ".join(f"{axis}0 <= {axis}1" for axis in axes)
+    return _option(
+        None,
+        help_text,
+        f"{','.join(names)} with {least}",
+        lambda v: _box(v, len(names)),
+        kind=tuple,
+        metavar=",".join(names).upper(),
+    )
 
 
-def _box(value: Any) -> tuple[float, ...] | None:  # noqa: ANN401
-    found = _numbers(value, 6)
-    return found if found and all(map(float.__le__, found[:3], found[3:])) else None
+def _box(value: Any, count: int) -> tuple[float, ...] | None:  # noqa: ANN401
+    found = _numbers(value, count)
+    half = count // 2
+    return found if found and all(map(float.__le__, found[:half], found[half:])) else None
 
 
 def _numbers(value: Any, many: int) -> tuple[float, ...] | None:  # noqa: ANN401

@@ -15,6 +15,7 @@ class Changes(TypedDict, total=False):
     """Keywords of `divespot.measure`: the fields of `divespot.Settings`."""
 
     unit: str
+    crs: str | None
     columns: str | None
     classes: str | None
     returns: Literal["all", "first", "last"]
@@ -27,6 +28,7 @@ class Changes(TypedDict, total=False):
     surface: Literal["auto", "cells", "triangles"]
     margin_m: float | None
     outline: str | os.PathLike[str] | Mapping[str, Any] | None
+    inside: tuple[float, ...] | None
     base: str
     compare_bases: bool
     density_kg_m3: float | None

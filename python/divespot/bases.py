@@ -11,6 +11,7 @@ import numpy as np
 from divespot import _native
 from divespot.base_name import PLAIN, BaseName
 from divespot.directions import upward
+from divespot.dot import dot
 from divespot.errors import DivespotError
 from divespot.ground_level import peak_m
 from divespot.settings import given
@@ -67,7 +68,7 @@ class _Maker:
         """Return the height in the level frame of a base along the ground."""
         if name.kind == "camera-height":
             normal, offset_m = self.frame.pose.plane.normal, self.frame.pose.plane.offset_m
-            sensor_m = -float(np.dot(normal, self.frame.origin_m)) - offset_m
+            sensor_m = -float(dot(normal, self.frame.origin_m)) - offset_m
             return self._checked(text, sensor_m - name.height * self.frame.metres)
         return 0.0 if name.kind == "plane" else peak_m(self.grid, name.kind, self.settings)
 
@@ -75,13 +76,13 @@ class _Maker:
         """Return the plane ``up @ p == height``, `p` in the scan's own frame and unit."""
         rotation = self.frame.pose.rotation
         up = upward(rotation[2], self.settings.up)
-        x, y, z = (rotation @ up).tolist()
+        x, y, z = dot(rotation, up).tolist()
         if z < math.cos(math.radians(STEEPEST_DEG)):
             raise DivespotError(
                 f"base is {text!r}: the ground lies {math.degrees(math.acos(z)):.0f}° from level "
                 f"to up, at most {STEEPEST_DEG:.0f}° is needed"
             )
-        above_m = height * self.frame.metres - float(np.dot(up, self.frame.origin_m))
+        above_m = height * self.frame.metres - float(dot(up, self.frame.origin_m))
         level_m = above_m / z - self.frame.pose.plane.offset_m
         middle = [0.5 * float(v.min() + v.max()) for v in self.grid.centers_m()]
         self._checked(text, level_m - (x * middle[0] + y * middle[1]) / z)

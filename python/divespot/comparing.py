@@ -96,7 +96,8 @@ def compare(
     _refuse_other_system(clouds[0].source, clouds[1].source)
     first = _alone(before, s, _named(on_stage, "before"))
     second = _alone(after, s, _named(on_stage, "after"))
-    points = clouds[0].points + clouds[0].origin_m
+    scale = (clouds[0].scale, clouds[0].scale, 1.0)
+    points = clouds[0].points * scale + clouds[0].origin_m
     unit_m = UNITS[clouds[1].source.unit]
     with TemporaryDirectory(prefix="divespot-") as folder:
         path = Path(folder) / "before.npy"

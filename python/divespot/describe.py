@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot.budget import Budget
+from divespot.dot import dot
 from divespot.level import Outline
-from divespot.mass import mass_kg
+from divespot.mass import density_of, mass_kg
 from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Ground, Pile
 
@@ -32,7 +33,7 @@ OFF_SHARE = 0.05
 def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -> Ground:
     """Describe the ground in the scan's own frame, in metres."""
     normal = pose.plane.normal
-    offset = pose.plane.offset_m + ground.height_m + float(np.dot(normal, cloud.origin_m))
+    offset = pose.plane.offset_m + ground.height_m + float(dot(normal, cloud.origin_m))
     share = pose.plane.inliers / points
     return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)
 
@@ -78,7 +79,9 @@ def _pile(
     own = {term: factor * getattr(raw, term) for term in terms}
     budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
     volume = factor * (raw.cut_m3 - raw.fill_m3)
-    mass, u_mass = mass_kg(volume, budget.combined_m3(), settings)
+    region = measured.regions[raw.label] if measured.regions else None
+    material = region.material if region else None
+    mass, u_mass = mass_kg(volume, budget.combined_m3(), density_of(material, settings))
     return Pile(
         id=0,
         volume_m3=volume,
@@ -97,7 +100,8 @@ def _pile(
         base=raw.base if settings.base == "local" else settings.base.partition("=")[0],
         budget=budget,
         volume_by_base_m3=_by_base(raw, measured, factor),
-        name=measured.names[raw.label] if measured.names else None,
+        name=region.name if region else None,
+        material=material or settings.material,
         reason=raw.reason,
     )
 
@@ -132,6 +136,11 @@ def doubts(
     ]
     for pile in piles:
         found += _doubts_of(pile, settings)
+    unknown = {pile.material for pile in piles if pile.material and pile.mass_kg is None}
+    found += [
+        f"the density of {name!r} is not known: no mass was taken (see `divespot materials`)"
+        for name in sorted(filter(None, unknown))
+    ]
     if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
         found.append("the density was taken as exact: density_u_kg_m3 is its standard uncertainty")
     return found

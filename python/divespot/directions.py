@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.dot import dot
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def upward(normal: ArrayLike, up: str | Position) -> NDArray[np.float64]:
     """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
     asked = parse_up(up)
     if asked is not None:
-        return np.asarray(np.array(asked) / np.linalg.norm(asked))
+        return np.asarray(np.array(asked) / np.sqrt(dot(asked, asked)))
     along = np.asarray(normal)
     nearest = int(np.abs(along).argmax())
     return np.asarray(np.copysign(1.0, along[nearest]) * np.array([*AXES.values()])[nearest])
@@ -60,5 +61,5 @@ def upward(normal: ArrayLike, up: str | Position) -> NDArray[np.float64]:
 
 def angle_deg(a: Position, b: Position) -> float:
     """Return the angle between a unit vector and another one of any length."""
-    cosine = np.dot(a, b) / np.linalg.norm(b)
+    cosine = dot(a, b) / np.sqrt(dot(b, b))
     return math.degrees(math.acos(min(1.0, max(-1.0, float(cosine)))))

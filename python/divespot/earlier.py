@@ -11,6 +11,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.base_name import BaseName
+from divespot.dot import dot
 from divespot.errors import DivespotError
 from divespot.filters import radius_filter
 from divespot.grid import HeightMap, height_map
@@ -75,7 +76,7 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
     found = read(name.path)
     in_metres = found.points if found.unit_stated else found.points * UNITS[cloud.source.unit]
     points, origin, _, _ = _native.seen(in_metres, settings.threads)
-    points = points + (np.array(origin) - cloud.origin_m)
+    points = (points + (np.array(origin) - cloud.origin_m)) / (cloud.scale, cloud.scale, 1.0)
     try:
         scan, own = take_survey(points, found.quantum_m, _own(settings))
         points = points if settings.radius_m == 0.0 else radius_filter(points, own)
@@ -117,7 +118,7 @@ def common_pose(
     if _is_better(pose, other):
         return pose
     bare = other.plane.inliers > BARE_SHARE * len(earlier.points)
-    if bare and np.dot(pose.plane.normal, other.plane.normal) < 0.0:
+    if bare and dot(pose.plane.normal, other.plane.normal) < 0.0:
         other = _turned_over(other)
     near = np.abs(other.plane.heights_m(points)) <= given(settings.stages.plane_threshold_m)
     plane = dataclasses.replace(other.plane, inliers=int(near.sum()))
@@ -127,7 +128,7 @@ def common_pose(
 def _is_better(pose: Pose, earlier: Pose) -> bool:
     """Return whether the scan's own pose is: it alone is level, or the earlier one is a wall's."""
     own, other = (min(p.tilt_deg, 180.0 - p.tilt_deg) for p in (pose, earlier))
-    along = abs(float(np.dot(pose.plane.normal, earlier.plane.normal)))
+    along = abs(float(dot(pose.plane.normal, earlier.plane.normal)))
     apart = along < math.cos(math.radians(WALL_DEG))
     return own < other and (own <= SMALL_TILT_DEG or apart)
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import re
+from typing import Literal, TypeAlias
 
 #: Most characters of a message: no terminal line and no log wants more.
 LONGEST = 500
+
+#: What became of a scan, for a supervisor: with piles, without, or not measured and why.
+Status: TypeAlias = Literal["measured", "no_pile", "no_ground", "nothing_seen", "bad_input"]
 
 _BREAKS = re.compile(r"\s*[\n\r\t\v\f]\s*")
 
@@ -13,8 +17,22 @@ _BREAKS = re.compile(r"\s*[\n\r\t\v\f]\s*")
 class DivespotError(ValueError):
     """Bad input: one sentence that says what was given and what is needed."""
 
+    status: Status = "bad_input"
+
     def __init__(self, sentence: object = "") -> None:
         super().__init__(shortened(printable(str(sentence))))
+
+
+class NoGroundError(DivespotError):
+    """The scan shows no ground that piles could stand on, or not which side of it is up."""
+
+    status: Status = "no_ground"
+
+
+class NothingSeenError(DivespotError):
+    """Nothing is left of the scan: it is empty, or all its points mean no data."""
+
+    status: Status = "nothing_seen"
 
 
 def printable(text: str) -> str:

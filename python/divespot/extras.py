@@ -8,6 +8,15 @@ from typing import Any
 from divespot.errors import DivespotError
 
 
+def is_installed(module: str) -> bool:
+    """Return whether a module that only an extra brings is there."""
+    try:
+        import_module(module)
+    except ImportError:
+        return False
+    return True
+
+
 def extra(module: str, name: str, need: str) -> Any:  # noqa: ANN401 - a module, which may be absent
     """Return a module of the extra `name`.
 

@@ -27,12 +27,15 @@ class Frame:
         Shape ``(3,)``: the cloud's origin in the scan, in metres.
     unit
         The unit of the scan's numbers.
+    scale
+        Metres of the scan's x and y to a metre of the cloud's: the scale of its projection.
 
     """
 
     pose: Pose
     origin_m: NDArray[np.float64]
     unit: str
+    scale: float = 1.0
 
     @property
     def metres(self) -> float:
@@ -41,11 +44,13 @@ class Frame:
 
     def to_scan(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return places of the level frame, shape ``(..., 3)``, in the scan's frame and unit."""
-        return np.asarray((self.pose.restored(positions_m) + self.origin_m) / self.metres)
+        restored = self.pose.restored(positions_m) * (self.scale, self.scale, 1.0)
+        return np.asarray((restored + self.origin_m) / self.metres)
 
     def to_level(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return places in the scan's frame and unit, shape ``(n, 3)``, in the level frame."""
-        return self.pose.level(positions * self.metres - self.origin_m, 1)
+        near_m = positions * self.metres - self.origin_m
+        return self.pose.level(near_m / (self.scale, self.scale, 1.0), 1)
 
     def plan_to_level(self, plan: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return x and y of the scan, shape ``(n, 2)``, as x and y of the level frame.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from divespot import _native
-from divespot.errors import DivespotError
+from divespot.errors import NoGroundError
 from divespot.kernels import ground_height
 from divespot.lengths import by_noise
 from divespot.settings import given, needs_ground
@@ -70,7 +70,7 @@ def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[Grou
     else:
         ground = _surface_level(grid, height, scan, settings)
         if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
-            raise DivespotError(NO_GROUND)
+            raise NoGroundError(NO_GROUND)
     return ground, by_noise(settings, ground.noise_m)
 
 
@@ -87,7 +87,7 @@ def _surface_level(
     by = max(1, round(scan.spacing_m / grid.cell_m))
     heights_m = _blocks(grid.heights_m, by)
 
-    with_holes = settings.base == "local" and settings.outline is None
+    with_holes = settings.base == "local" and not settings.is_outlined
     found = _native.hills(heights_m, by * grid.cell_m, with_holes, settings.threads)
 
     def fine(values: NDArray[Any]) -> NDArray[Any]:

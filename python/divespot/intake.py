@@ -10,13 +10,18 @@ import numpy as np
 
 from divespot import _native
 from divespot._arguments import as_floats
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, NothingSeenError
 from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
+from divespot.io.merge import are_paths
+from divespot.io.systems import require_system
+from divespot.projection import scale_of
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from divespot.directions import Position
@@ -46,8 +51,11 @@ class TensorCloud(Protocol):
         """What each of its points has."""
 
 
-#: A path, points, or what holds points.
-Scannable: TypeAlias = "str | os.PathLike[str] | ArrayLike | LegacyCloud | TensorCloud"
+#: A path, several that are one survey, points, or what holds points.
+Scannable: TypeAlias = (
+    "str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike "
+    "| LegacyCloud | TensorCloud"
+)
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,11 @@ class Source:
         Unit of the file's numbers; the report's positions are in it.
     crs
         Coordinate reference system, as far as the file names it.
+    files
+        All files, where several were merged; `path` is the first of them.
+    scale_factor
+        Metres of the map to a metre on the ellipsoid, where the projection is known; off by more
+        than 100 ppm, it is corrected.
 
     """
 
@@ -77,6 +90,8 @@ class Source:
     dropped_zero: int
     unit: str
     crs: str | None
+    files: tuple[str, ...] = ()
+    scale_factor: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +101,8 @@ class Cloud:
     z is up in a `projected` system. `sensor_m` is where the sensor stood, in the scan's frame and
     in metres, where that is known. `quantum_m` are the steps to which x, y and z were rounded
     before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
-    the standard uncertainty step / sqrt(12).
+    the standard uncertainty step / sqrt(12). `scale` are metres of the scan's x and y to a metre
+    of the cloud's.
     """
 
     points: NDArray[np.float64]
@@ -96,6 +112,7 @@ class Cloud:
     projected: bool = False
     sensor_m: Position | None = None
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    scale: float = 1.0
 
 
 def load(source: Scannable, settings: Settings) -> Cloud:
@@ -109,10 +126,14 @@ def load(source: Scannable, settings: Settings) -> Cloud:
         The file cannot be read, the array has the wrong shape or type, or nothing is left.
 
     """
-    scan = _scan(source, settings)
+    return cloud_of(_scan(source, settings), settings)
+
+
+def cloud_of(scan: Scan, settings: Settings) -> Cloud:
+    """Drop and count the points of a scan that were not seen, as `load` does."""
     points, origin, nonfinite, zero = _native.seen(scan.points, settings.threads)
     if len(points) < FEWEST:
-        raise DivespotError(
+        raise NothingSeenError(
             f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "
             f"and {zero} are (0, 0, 0): at least {FEWEST} others are needed"
         )
@@ -125,10 +146,20 @@ def load(source: Scannable, settings: Settings) -> Cloud:
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
-    described = Source(scan.path, *counts, scan.unit, scan.crs)
     place = sensor_place(scan, points, origin, settings)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    factor, told = scale_of(scan, origin + middle)
+    scale = factor if factor is not None and told else 1.0
+    points[:, :2] /= scale
     return Cloud(
-        points, np.array(origin), described, warnings, scan.projected, place, scan.quantum_m
+        points,
+        np.array(origin),
+        Source(scan.path, *counts, scan.unit, scan.crs, scan.files, factor),
+        (*warnings, *told),
+        scan.projected,
+        place,
+        scan.quantum_m,
+        scale,
     )
 
 
@@ -145,13 +176,16 @@ def _refuse_coarse(scan: Scan, points: NDArray[np.float64]) -> None:
 
 
 def _scan(source: Scannable, settings: Settings) -> Scan:
-    if isinstance(source, str | os.PathLike):
+    if isinstance(source, str | os.PathLike) or are_paths(source):
+        crop = settings.crop
         return read(
             source,
             unit=settings.unit,
+            crs=settings.crs,
             columns=settings.columns,
             classes=settings.classes,
             returns=settings.returns,
+            plan=None if crop is None else (*crop[:2], *crop[3:5]),
         )
     array = as_floats("points", _positions(source))
     if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":
@@ -159,6 +193,8 @@ def _scan(source: Scannable, settings: Settings) -> Scan:
             f"points have shape {array.shape} and dtype {array.dtype}: shape (n, 3) or (h, w, 3) "
             "and numbers are needed"
         )
+    if settings.crs is not None:
+        require_system(settings.crs)
     raster = array.shape[:2] if array.ndim == 3 and min(array.shape[:2]) > 1 else None
     array = array.reshape(-1, 3)
     unit = "m" if settings.unit == "auto" else settings.unit
@@ -168,7 +204,7 @@ def _scan(source: Scannable, settings: Settings) -> Scan:
     return Scan(
         *(points, None, unit),
         unit_stated=True,
-        crs=None,
+        crs=settings.crs,
         warnings=seen.warnings,
         raster=raster,
         quantum_m=(x, y, z),
@@ -197,9 +233,10 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
     if settings.crop is None:
         return cloud
     corners = np.array(settings.crop).reshape(2, 3) * UNITS[cloud.source.unit] - cloud.origin_m
+    corners[:, :2] /= cloud.scale
     inside = ((cloud.points >= corners[0]) & (cloud.points <= corners[1])).all(axis=1)
     if inside.sum() < FEWEST:
-        raise DivespotError(
+        raise NothingSeenError(
             f"crop keeps {inside.sum()} of {len(inside)} points: at least {FEWEST} are needed"
         )
     return replace(cloud, points=rows_of(cloud.points, inside))

@@ -135,6 +135,6 @@ def flatness(found: Survey, settings: Settings) -> float:
     for halvings in range(HALVINGS):
         threshold_m = widest_m / 2.0**halvings
         plane = fit_plane(found.at_m, threshold_m, seed=settings.seed, threads=settings.threads)
-        off = np.abs(found.at_m @ np.array(plane.normal) - plane.offset_m)
+        off = np.abs(plane.heights_m(found.at_m))
         least = min(least, float(np.quantile(off, FLAT_SHARE)))
     return max(least / FLAT_QUANTILE, SMALLEST * widest_m)

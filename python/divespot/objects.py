@@ -134,15 +134,15 @@ class Measured:
         Shape of the grid: the base below each cell that was measured, NaN elsewhere.
     compared
         Names of the bases whose volumes each object has.
-    names
-        What the outlines are called, by label; empty where objects were found.
+    regions
+        The outlines by label; empty where objects were found.
 
     """
 
     objects: list[_native.RawObject]
     base_m: NDArray[np.float64]
     compared: tuple[str, ...]
-    names: tuple[str | None, ...] = ()
+    regions: tuple[Region, ...] = ()
 
 
 def measure_objects(
@@ -183,7 +183,7 @@ def measure_regions(
     settings: Settings,
 ) -> Measured:
     """Integrate what lies inside each outline, exactly to the line."""
-    outline = name_of(settings.outline or "outline")
+    outline = name_of(settings.outline or "inside")
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
     hills = bases.ground.hills
     labels = np.full(grid.heights_m.size, -1, dtype=np.int32) if hills is None else hills
@@ -202,7 +202,7 @@ def measure_regions(
         )
     except DivespotError as error:
         raise DivespotError(f"{outline}: {error}") from None
-    return Measured(*found, tuple(bases.compared), tuple(region.name for region in regions))
+    return Measured(*found, tuple(bases.compared), tuple(regions))
 
 
 def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:

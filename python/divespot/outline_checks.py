@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.dot import twice_area
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
@@ -64,17 +65,22 @@ def _area(rings: Sequence[NDArray[np.float64]]) -> float:
     total = 0.0
     for ring in rings:
         x, y = (ring - ring[0]).T
-        total += float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+        total += twice_area(x, y) / 2.0
     return total
+
+
+def are_degrees(corners: NDArray[np.float64], scan_at: NDArray[np.float64]) -> bool:
+    """Return whether corners are longitudes and latitudes and the scan is projected."""
+    x, y = np.abs(corners[:, 0]).max(), np.abs(corners[:, 1]).max()
+    return bool(x <= 180.0 and y <= 90.0 and np.abs(scan_at[:2]).max() > FAR)
 
 
 def refuse_degrees(corners: NDArray[np.float64], scan_at: NDArray[np.float64]) -> None:
     """Raise DivespotError where corners are longitudes and latitudes and the scan is projected."""
-    x, y = np.abs(corners[:, 0]).max(), np.abs(corners[:, 1]).max()
-    if x <= 180.0 and y <= 90.0 and np.abs(scan_at[:2]).max() > FAR:
+    if are_degrees(corners, scan_at):
         at = ", ".join(f"{v:.7g}" for v in corners[0, :2])
         scan = ", ".join(f"{v:.7g}" for v in scan_at[:2])
         raise DivespotError(
             f"lies at {at}, as longitude and latitude (WGS 84) do, the scan at {scan}: "
-            "the outline in the scan's own system is needed"
+            "the outline in the scan's own system is needed, or a scan that states its system"
         )

@@ -1,32 +1,33 @@
-"""Outlines as GeoJSON: what to measure inside of."""
+"""Outlines: what to measure inside of."""
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from divespot import _native
+from divespot.dot import twice_area
 from divespot.errors import DivespotError, shortened
-from divespot.io.files import bytes_of
-from divespot.outline_checks import first_overlap, refuse_degrees
+from divespot.outline_checks import first_overlap
+from divespot.outline_features import read_features
+from divespot.outline_place import Placing
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from divespot.frame import Frame
+    from divespot.outline_features import Feature
+    from divespot.settings import Settings
 
-#: The path of a GeoJSON file, or what it holds.
+#: The path of a file, or the GeoJSON that it would hold.
 Outlines: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
-
-#: Largest file of outlines that is read.
-LARGEST_BYTES = 256 << 20
 
 #: Largest angle between the ground's normal and the scan's z at which x and y are a plan of it.
 PLAN_DEG = 45.0
@@ -43,18 +44,49 @@ class Region:
     rings
         Lines of shape ``(n, 2)`` in the level frame, not closed, those around the area
         counter-clockwise, its holes clockwise; the largest line first.
+    material
+        What the file says lies in it.
 
     """
 
     name: str | None
     rings: tuple[NDArray[np.float64], ...]
+    material: str | None = None
 
 
-def read_regions(outline: Outlines, frame: Frame) -> list[Region]:
+def find_regions(
+    settings: Settings, frame: Frame, crs: str | None, warn: Callable[[str], None]
+) -> list[Region]:
+    """Return the areas to measure inside of: those of a file, or a rectangle.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be read, or the rectangle has no area.
+
+    """
+    if settings.outline is not None:
+        return read_regions(settings.outline, frame, crs, warn)
+    x0, y0, x1, y1 = settings.inside or (0.0,) * 4
+    line = [[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]]
+    try:
+        ring = _ring(line, Placing(frame.origin_m / frame.metres), frame)
+    except DivespotError as error:
+        raise DivespotError(f"the rectangle inside {error}") from None
+    return [Region(None, (_turned(ring, hole=False),))]
+
+
+def read_regions(
+    outline: Outlines,
+    frame: Frame,
+    crs: str | None = None,
+    warn: Callable[[str], None] = lambda _: None,
+) -> list[Region]:
     """Read Polygons and MultiPolygons, one region a feature, from a file or GeoJSON as a dict.
 
-    x and y are those of the scan, in its unit. A third coordinate counts only where the scan's x
-    and y are no plan of its ground; then it is needed.
+    x and y are those of the scan, in its unit, or of another reference system where the scan
+    states its own, `crs`. A third coordinate counts only where the scan's x and y are no plan of
+    its ground; then it is needed.
 
     Raises
     ------
@@ -64,26 +96,30 @@ def read_regions(outline: Outlines, frame: Frame) -> list[Region]:
 
     """
     path = name_of(outline)
+    told: dict[str, None] = {}
     try:
-        parsed = outline if isinstance(outline, Mapping) else _parsed(Path(outline))
-        regions = [_region(i, *feature, frame) for i, feature in enumerate(_features(parsed), 1)]
+        found = read_features(outline)
+        if found.passed_over:
+            warn(f"{path}: {found.passed_over} features that are no areas were passed over")
+        scan_at = frame.origin_m / frame.metres
+        placing = Placing.of(found.system, crs, scan_at, told.setdefault)
+        regions = [
+            _region(number, feature, placing, frame)
+            for number, feature in enumerate(found.items, 1)
+        ]
         _refuse_overlap(regions)
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
     except DivespotError as error:
         raise DivespotError(f"{path}: {error}") from None
-    except (ValueError, RecursionError) as error:
-        raise DivespotError(f"{path}: is no JSON ({error})") from None
+    for sentence in told:
+        warn(sentence)
     return regions
 
 
 def name_of(outline: Outlines) -> str:
     """Return what errors call an outline: its path, if it has one."""
     return "outline" if isinstance(outline, Mapping) else os.fspath(outline)
-
-
-def _parsed(path: Path) -> Any:  # noqa: ANN401 - any JSON value
-    return json.loads(bytes_of(path, LARGEST_BYTES))
 
 
 def _refuse_overlap(regions: list[Region]) -> None:
@@ -93,32 +129,10 @@ def _refuse_overlap(regions: list[Region]) -> None:
         raise DivespotError(f"{one} and {other} overlap: what both cover would count twice")
 
 
-def _features(parsed: Any) -> list[tuple[str | None, Any]]:  # noqa: ANN401 - any JSON value
-    """Return name and geometry of everything in the file."""
-    kind = parsed.get("type") if isinstance(parsed, Mapping) else None
-    if kind == "Feature":
-        return [_named(parsed)]
-    if kind != "FeatureCollection":
-        return [(None, parsed)]
-    features = parsed.get("features")
-    if not isinstance(features, list) or not features:
-        raise DivespotError("it holds no feature: a Polygon or MultiPolygon is needed")
-    return [_named(feature) for feature in features]
-
-
-def _named(feature: Any) -> tuple[str | None, Any]:  # noqa: ANN401
-    if not isinstance(feature, dict):
-        return None, None
-    properties = feature.get("properties")
-    known = properties if isinstance(properties, dict) else {}
-    names = (known.get("name"), feature.get("id"), known.get("id"))
-    name = next((str(name) for name in names if isinstance(name, str | int)), None)
-    return name, feature.get("geometry")
-
-
-def _region(number: int, name: str | None, geometry: Any, frame: Frame) -> Region:  # noqa: ANN401
+def _region(number: int, feature: Feature, placing: Placing, frame: Frame) -> Region:
+    geometry = feature.geometry
     kind = geometry.get("type") if isinstance(geometry, dict) else None
-    what = _what(number, name)
+    what = _what(number, feature.name)
     if kind not in ("Polygon", "MultiPolygon"):
         raise DivespotError(f"{what} is {kind or 'no geometry'}: Polygon or MultiPolygon is needed")
     coordinates = geometry.get("coordinates")
@@ -126,11 +140,11 @@ def _region(number: int, name: str | None, geometry: Any, frame: Frame) -> Regio
     if not isinstance(polygons, list) or not polygons or not all(map(_is_filled, polygons)):
         raise DivespotError(f"{what} has no lines: coordinates of a {kind} are needed")
     try:
-        parts = [[_ring(line, frame) for line in polygon] for polygon in polygons]
+        parts = [[_ring(line, placing, frame) for line in polygon] for polygon in polygons]
     except DivespotError as error:
         raise DivespotError(f"{what} {error}") from None
     rings = [_turned(ring, hole=i > 0) for part in parts for i, ring in enumerate(part)]
-    return Region(name, tuple(sorted(rings, key=_area, reverse=True)))
+    return Region(feature.name, tuple(sorted(rings, key=_area, reverse=True)), feature.material)
 
 
 def _what(number: int, name: str | None) -> str:
@@ -141,12 +155,12 @@ def _is_filled(polygon: Any) -> bool:  # noqa: ANN401
     return isinstance(polygon, list) and len(polygon) > 0
 
 
-def _ring(line: Any, frame: Frame) -> NDArray[np.float64]:  # noqa: ANN401
+def _ring(line: Any, placing: Placing, frame: Frame) -> NDArray[np.float64]:  # noqa: ANN401
     """Return a closed line's corners in the level frame, the last one not repeated."""
     corners = _positions(line)
     if len(corners) < 4 or (corners[0] != corners[-1]).any():
         raise DivespotError("is not closed: four positions or more, the last the first, are needed")
-    refuse_degrees(corners, frame.origin_m / frame.metres)
+    corners = placing(corners)
     ring = _in_plan(corners[:-1], frame)
     ring = np.asarray(ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)])
     _refuse_crossing(ring, corners)
@@ -187,7 +201,7 @@ def _in_plan(corners: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
 def _area(ring: NDArray[np.float64]) -> float:
     """Return the area, positive if the line runs counter-clockwise."""
     x, y = (ring - ring[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+    return twice_area(x, y) / 2.0
 
 
 def _turned(ring: NDArray[np.float64], *, hole: bool) -> NDArray[np.float64]:

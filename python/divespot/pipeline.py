@@ -22,7 +22,7 @@ from divespot.objects import (
     measure_objects,
     measure_regions,
 )
-from divespot.outline_file import read_regions
+from divespot.outline_file import find_regions
 from divespot.progress import Progress
 from divespot.report import Total
 from divespot.rounding import Rounding
@@ -52,9 +52,10 @@ def measure(
     Parameters
     ----------
     source
-        The path of a scan (PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY, NPZ), or points of shape
-        ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a frame, in metres; or an Open3D point
-        cloud. Points that are not finite or all zero are dropped and counted.
+        The path of a scan (PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY, NPZ), a list of
+        paths that are one survey, or points of shape ``(n, 3)``, or ``(h, w, 3)`` for the pixels
+        of a frame, in metres; or an Open3D point cloud. Points that are not finite or all zero are
+        dropped and counted.
     settings
         What to do, as `Settings` or as a dict of some of them, such as those of a report; by
         default `Settings()`, where every length follows from the scan.
@@ -111,11 +112,11 @@ def measure(
     surface = run("surface", find_surface, points, scan, s)
     grid = run("height map", map_heights, surface, s)
     ground, s = run("ground", find_ground, grid, scan, s)
-    frame = Frame(pose, cloud.origin_m, cloud.source.unit)
+    frame = Frame(pose, cloud.origin_m, cloud.source.unit, cloud.scale)
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
-    if s.outline is not None:
-        regions = run("outline", read_regions, s.outline, frame)
+    if s.is_outlined:
+        regions = run("outline", find_regions, s, frame, cloud.source.crs, run.warn)
         measured = run("volume", measure_regions, surface, grid, regions, bases, s)
     elif is_held_against(grid, ground, s):
         measured = run("volume", measure_differences, surface, grid, earlier, bases, s)

@@ -10,6 +10,7 @@ import numpy as np
 
 from divespot import _native
 from divespot._arguments import as_floats, number, seed_number, thread_number, whole
+from divespot.dot import dot
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Plane:
 
     def heights_m(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return signed distances, shape ``(n,)``, positive on the normal's side."""
-        return np.asarray(points @ np.array(self.normal) - self.offset_m)
+        return np.asarray(dot(points, self.normal) - self.offset_m)
 
 
 def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC

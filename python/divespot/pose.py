@@ -11,7 +11,8 @@ import numpy as np
 
 from divespot import _native
 from divespot.directions import Z, angle_deg, upward
-from divespot.errors import DivespotError
+from divespot.dot import dot
+from divespot.errors import NoGroundError
 from divespot.plane import Plane
 from divespot.settings import given, needs_ground
 from divespot.up import LEVEL_DEG, STEEPEST_DEG, Evidence, Up
@@ -50,7 +51,7 @@ class Pose:
     def restored(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return places of the level frame, shape ``(..., 3)``, in the cloud's frame."""
         raised = positions_m + np.array((0.0, 0.0, self.plane.offset_m))
-        return np.asarray(raised @ self.rotation)
+        return np.stack([dot(raised, column) for column in self.rotation.T], axis=-1)
 
 
 def find_pose(
@@ -94,7 +95,7 @@ def find_pose(
     is_flat = fitted.inliers >= FLAT_SHARE * len(points)
     if needs_ground(settings) and up.source == "nothing below" and not is_flat:
         share = fitted.inliers / len(points)
-        raise DivespotError(
+        raise NoGroundError(
             f"which way is up cannot be told: only {share:.0%} of the points lie on one plane, "
             "and nothing else tells (--up is needed, or a scan that shows the ground)"
         )
@@ -116,20 +117,20 @@ def _upright(
     """
     asked = evidence.asked
     steep = asked is not None and LEVEL_DEG < angle_deg(plane.normal, asked) <= STEEPEST_DEG
-    prisms = settings.base.startswith("height=") and (steep or settings.outline is not None)
+    prisms = settings.base.startswith("height=") and (steep or settings.is_outlined)
     is_exact = evidence.is_exact(plane, len(points))
     if not (is_exact or prisms):
         return plane
     x, y, z = Z if is_exact else upward(plane.normal, settings.up).tolist()
     near = np.abs(plane.heights_m(points)) <= given(settings.stages.plane_threshold_m)
-    offset_m = float(np.median(points[near] @ (x, y, z)))
+    offset_m = float(np.median(dot(points[near], (x, y, z))))
     return dataclasses.replace(plane, normal=(x, y, z), offset_m=offset_m)
 
 
 def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> Pose:
     """Return the pose of a scan that is taken as level, z = 0 at the middle one of its heights."""
     rotation = _native.rotation_to_z(up)
-    heights = points @ rotation[2]
+    heights = dot(points, rotation[2])
     offset = float(np.median(heights))
     off = np.abs(heights - offset)
     near = off[off <= threshold_m]

@@ -12,13 +12,14 @@ from divespot import _native
 from divespot._arguments import whole
 from divespot.base_name import BaseName
 from divespot.errors import DivespotError
-from divespot.mass import mass_kg
+from divespot.mass import total_mass_kg
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from divespot.budget import Budget
     from divespot.directions import Position
+    from divespot.errors import Status
     from divespot.intake import Source
     from divespot.level import Level
     from divespot.settings import Settings
@@ -80,6 +81,8 @@ class Pile:
         Volumes above the bases that were compared; null where none were.
     name
         Name of the outline, where one was given.
+    material
+        Material that the outline names, or else the one that was asked for.
     reason
         Why the object is no pile; other objects alone have it.
 
@@ -103,6 +106,7 @@ class Pile:
     budget: Budget
     volume_by_base_m3: Mapping[str, float] | None = None
     name: str | None = None
+    material: str | None = None
     reason: str | None = None
 
 
@@ -135,7 +139,7 @@ class Total:
         own = dict.fromkeys(COMMON, 0.0)
         rest = (dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles)
         volume, u = sum(pile.volume_m3 for pile in piles), math.hypot(*common, *rest)
-        mass, u_mass = mass_kg(volume, u, settings)
+        mass, u_mass = total_mass_kg(piles, COMMON, settings)
         return cls(volume, COVERAGE * u, mass, None if u_mass is None else COVERAGE * u_mass)
 
 
@@ -230,7 +234,13 @@ class Report:
         base = BaseName.parse(self.settings.base)
         earlier = base.path if base is not None and base.path else None
         outline = self.settings.outline
-        return self.source.path, outline if isinstance(outline, str) else None, earlier
+        named = outline if isinstance(outline, str) else None
+        return self.source.path, *self.source.files, named, earlier
+
+    @property
+    def status(self) -> Status:
+        """What became of the scan, in a word: ``measured``, or ``no_pile`` where none was found."""
+        return "measured" if self.piles else "no_pile"
 
     @property
     def seed(self) -> int:
@@ -243,6 +253,7 @@ class Report:
         return {
             "schema": SCHEMA,
             "divespot": _native.__version__,
+            "status": self.status,
             "source": dataclasses.asdict(self.source),
             "piles": piles,
             "other_objects": [dataclasses.asdict(item) for item in self.other_objects],

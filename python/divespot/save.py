@@ -8,7 +8,7 @@ import numpy as np
 
 from divespot._arguments import require_kind
 from divespot.errors import DivespotError
-from divespot.io import write
+from divespot.io.write import write
 from divespot.output import refuse_inputs
 from divespot.report import Report
 

@@ -21,6 +21,7 @@ from divespot._options import (
     outlines,
     positive,
     record,
+    text,
 )
 from divespot.errors import DivespotError
 from divespot.io.units import UNITS
@@ -48,6 +49,11 @@ class Settings(Checked):
     unit: str = choice(
         "unit of the scan's coordinates; auto: what the file states, else m", "auto", *UNITS
     )
+    crs: str | None = text(
+        "reference system of the scan where its file states none: EPSG:CODE or WKT (extra crs)",
+        None,
+        metavar="SYSTEM",
+    )
     columns: str | None = listed(
         "columns of a text table that hold x, y and z: numbers from 1, or names, as 3,2,4",
         *("three numbers or names, as 3,2,4,", r"[^,]+,[^,]+,[^,]+"),
@@ -60,7 +66,7 @@ class Settings(Checked):
         "returns of a LAS file to keep", "all", "first", "last"
     )
     crop: tuple[float, ...] | None = box(
-        "keep the points in this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit"
+        "keep the points in this box only: x0,y0,z0,x1,y1,z1 in the scan's frame and unit", "xyz"
     )
     up: str | tuple[float, float, float] = direction(
         "which way is up, roughly, in the scan's frame; auto: as the scan shows"
@@ -89,8 +95,13 @@ class Settings(Checked):
         "height above the ground from which something counts as an object, in metres"
     )
     outline: str | os.PathLike[str] | Mapping[str, Any] | None = outlines(  # noqa: RUF009 - a field
-        "measure inside the polygons of this GeoJSON file, in the scan's frame and unit, instead "
-        "of looking for piles"
+        "measure inside the polygons of this file (GeoJSON, GeoPackage, Shapefile, KML, DXF), in "
+        "the scan's frame and unit or another reference system, instead of looking for piles"
+    )
+    inside: tuple[float, ...] | None = box(
+        "measure inside this rectangle, x0,y0,x1,y1 in the scan's frame and unit, instead of "
+        "looking for piles",
+        "xy",
     )
     base: str = base(
         "what a pile stands on: local (the ground around it), plane (the plane fitted to the "
@@ -116,6 +127,17 @@ class Settings(Checked):
     stages: Stages = record(  # noqa: RUF009 - a field
         "parameters of the method's stages, named as in the paper", Stages
     )
+
+    def __post_init__(self) -> None:
+        """Check every value, and that one place is named at most."""
+        super().__post_init__()
+        if self.outline is not None and self.inside is not None:
+            raise DivespotError("outline and inside were both given: one of them is needed")
+
+    @property
+    def is_outlined(self) -> bool:
+        """Whether piles are not found but given, by an outline or a rectangle."""
+        return self.outline is not None or self.inside is not None
 
     @classmethod
     def paper(cls, **changes: Unpack[PaperChanges]) -> Settings:
@@ -203,7 +225,7 @@ GIVEN = ("height=", "surface=")
 
 def needs_ground(settings: Settings) -> bool:
     """Return whether piles stand on the ground in view, not on a floor that was given."""
-    return settings.outline is None and not settings.base.startswith(GIVEN)
+    return not settings.is_outlined and not settings.base.startswith(GIVEN)
 
 
 def given(value: float | None) -> float:

@@ -13,6 +13,7 @@ from divespot.cli.demo import demo
 from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
 from divespot.cli.history import history
+from divespot.cli.info import info
 from divespot.cli.materials import materials
 from divespot.cli.measure import measure
 from divespot.cli.reproduce import reproduce
@@ -29,5 +30,7 @@ def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, compare, history, simulate, demo, evaluate, reproduce, materials):
-    main.add_command(command)
+for of_scans in (measure, compare, history, info):
+    main.add_command(of_scans)
+for other in (simulate, demo, evaluate, reproduce, materials):
+    main.add_command(other)

@@ -8,20 +8,13 @@ import click
 
 from divespot.cli.options import Grouped, chosen_settings, setting_options
 from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
-from divespot.cli.screen import (
-    file_name,
-    loudness_options,
-    progress_line,
-    stdout_console,
-    tell,
-)
+from divespot.cli.screen import file_name, loudness_options, progress_line, tell
 from divespot.errors import printable
 from divespot.output import REPORT
 from divespot.results.show_units import VOLUMES
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
+    from divespot.cli.table import Table
     from divespot.results.comparison import Change, Comparison
 
 
@@ -82,7 +75,8 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument an option
 
 def show(found: Comparison, unit_name: str | None) -> None:
     """Print a comparison for people."""
-    from divespot.numbers import volume_unit, with_uncertainty  # noqa: PLC0415 - slow to import
+    from divespot.cli.table import show_table  # noqa: PLC0415 - slow to import
+    from divespot.numbers import volume_unit, with_uncertainty  # noqa: PLC0415 - as above
 
     volumes = [abs(place.net.volume_m3) for place in found.places]
     volumes += [max(one.volume_before_m3, one.volume_after_m3) for one in found.piles]
@@ -91,12 +85,11 @@ def show(found: Comparison, unit_name: str | None) -> None:
     def told(change: Change) -> str:
         return with_uncertainty(per_m3 * change.volume_m3, per_m3 * change.u95_m3)
 
-    console = stdout_console()
     if found.piles:
-        console.print(_piles(found, unit, per_m3, told))
+        show_table(_piles(found, unit, per_m3, told))
         click.echo()
     if found.places:
-        console.print(_places(found, unit, per_m3, told))
+        show_table(_places(found, unit, per_m3, told))
         click.echo()
     for name in ("gain", "loss", "net"):
         click.echo(f"{name}: {told(getattr(found, name))} {unit}")
@@ -104,11 +97,11 @@ def show(found: Comparison, unit_name: str | None) -> None:
 
 
 def _piles(found: Comparison, unit: str, per_m3: float, told: Any) -> Table:  # noqa: ANN401
-    from divespot.cli.tables import plain_table  # noqa: PLC0415 - slow to import
+    from divespot.cli.table import Table  # noqa: PLC0415 - slow to import
     from divespot.numbers import rounded  # noqa: PLC0415 - as above
 
-    table = plain_table("pile", f"before {unit}", f"after {unit}", f"change {unit}", "was")
-    table.add_column("")
+    names = ("pile", f"before {unit}", f"after {unit}", f"change {unit}", "was", "")
+    table = Table(names, text=True)
     for one in found.piles:
         table.add_row(
             _numbers(one.after),
@@ -122,12 +115,11 @@ def _piles(found: Comparison, unit: str, per_m3: float, told: Any) -> Table:  # 
 
 
 def _places(found: Comparison, unit: str, per_m3: float, told: Any) -> Table:  # noqa: ANN401
-    from divespot.cli.tables import plain_table  # noqa: PLC0415 - slow to import
+    from divespot.cli.table import Table  # noqa: PLC0415 - slow to import
     from divespot.numbers import rounded  # noqa: PLC0415 - as above
 
-    names = (f"gain {unit}", f"loss {unit}", f"net {unit}", "area m²")
-    table = plain_table("place", *names)
-    table.add_column("on pile")
+    names = ("place", f"gain {unit}", f"loss {unit}", f"net {unit}", "area m²", "on pile")
+    table = Table(names, text=True)
     for one in found.places:
         table.add_row(
             str(one.id),

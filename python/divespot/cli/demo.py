@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 import click
 
 from divespot.cli.failure import Failure
-from divespot.cli.measure import run, show, show_warnings
+from divespot.cli.measure import run
 from divespot.cli.options import simulation_options
 from divespot.cli.outputs import check_outputs
-from divespot.cli.screen import file_name, stdout_console
+from divespot.cli.screen import file_name
 from divespot.cli.simulate import simulated
+from divespot.cli.telling import show, show_warnings
 from divespot.output import PICTURE, POINTS
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
+    from divespot.cli.table import Table
     from divespot.report import Report
 
 
@@ -45,6 +45,7 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
     Prints truth against estimate and the time of each stage, and draws the plan with the volume
     on each pile, where matplotlib is installed.
     """
+    from divespot.cli.table import show_table  # noqa: PLC0415 - as above
     from divespot.cli.tables import times_table  # noqa: PLC0415 - slow to import
     from divespot.io import write  # noqa: PLC0415 - slow to import
     from divespot.settings import Settings  # noqa: PLC0415
@@ -61,10 +62,9 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
     show_warnings(report)
     show(report)
     click.echo()
-    console = stdout_console()
-    console.print(_comparison(report, taken.volumes_m3))
+    show_table(_comparison(report, taken.volumes_m3))
     click.echo()
-    console.print(times_table(report.timings_s, report.source.points))
+    show_table(times_table(report.timings_s, report.source.points))
     click.echo(f"\n{drawn}")
 
 
@@ -90,14 +90,14 @@ def _folder(out: str) -> Path:
 
 
 def _comparison(report: Report, volumes_m3: tuple[float, ...]) -> Table:
-    from divespot.cli.tables import plain_table  # noqa: PLC0415 - slow to import
+    from divespot.cli.table import Table  # noqa: PLC0415 - slow to import
     from divespot.numbers import rounded, volume_unit, with_uncertainty  # noqa: PLC0415
 
     truth_m3, total = sum(volumes_m3), report.total
     unit, per_m3 = volume_unit(max(truth_m3, total.volume_m3))
     measured = with_uncertainty(per_m3 * total.volume_m3, per_m3 * total.u95_m3)
     error = f"{total.volume_m3 / truth_m3 - 1:+.2%}" if truth_m3 else "-"
-    table = plain_table("", "truth", "measured", "error")
+    table = Table(("", "truth", "measured", "error"))
     table.add_row("piles", str(len(volumes_m3)), str(len(report.piles)), "")
     table.add_row(f"volume {unit}", rounded(per_m3 * truth_m3, 5), measured, error)
     return table

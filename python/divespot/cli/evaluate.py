@@ -11,7 +11,7 @@ import click
 
 from divespot.cli.jobs import jobs_option
 from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
-from divespot.cli.screen import progress_bar, stdout_console
+from divespot.cli.screen import progress_bar
 from divespot.output import REPORT
 
 if TYPE_CHECKING:
@@ -136,11 +136,11 @@ def described(evaluation: Evaluation) -> dict[str, Any]:
 def show(evaluation: Evaluation) -> None:
     """Print an evaluation for people."""
     from divespot.cli import evaluation_tables as tables  # noqa: PLC0415 - slow to import
+    from divespot.cli.table import show_table  # noqa: PLC0415 - as above
 
-    console = stdout_console()
     for heading, table in tables.tables_of(evaluation):
         click.echo(f"\n{heading}\n")
-        console.print(table)
+        show_table(table)
 
 
 def _count(evaluation: Evaluation) -> str:

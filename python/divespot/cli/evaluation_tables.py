@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from divespot.cli.tables import plain_table
+from divespot.cli.table import Table
 from divespot.evaluate import Summary, goals
 from divespot.evaluate.evaluation import GROUPS, THINNED_AREA_M2, has_points, kinds_of
 from divespot.evaluate.goals import COMPRESSION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-    from rich.table import Table
 
     from divespot.evaluate import ErrorStatistics, Evaluation, Outcome
 
@@ -34,7 +32,7 @@ def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
     if evaluation.real:
         yield "Real scans", real_table(evaluation)
     if found := goals(evaluation):
-        table = plain_table("goal", "wanted %", "is %", "")
+        table = Table(("goal", "wanted %", "is %", ""))
         for goal in found:
             table.add_row(goal.what, goal.wanted, _percent(goal.value), goal.verdict)
         yield "Goals", table
@@ -47,7 +45,7 @@ def kinds_table(evaluation: Evaluation) -> Table:
     of the piles whose truth lies within u95; u95: its median, as a share of the volume.
     """
     names = ("scene", "right", "piles", "mean", "largest", "bias", "held", "u95")
-    table, grouped = plain_table(*names), False
+    table, grouped = Table(names), False
     for kind, summary in evaluation.summaries().items():
         if kind in GROUPS.values() and not grouped:
             table.add_section()
@@ -66,7 +64,7 @@ def paper_table(evaluation: Evaluation) -> Table:
     That method measures one object, which is held against the largest pile of a scan. Its
     compensation factor, which makes up for the toe that it cuts off, is 1 here.
     """
-    table = plain_table("scene", "piles", "mean", "largest", "paper: piles", "mean", "largest")
+    table = Table(("scene", "piles", "mean", "largest", "paper: piles", "mean", "largest"))
     for kind, summary in evaluation.summaries().items():
         paper = evaluation.paper_of_kind(kind)
         if not paper.piles.count:
@@ -86,8 +84,7 @@ def paper_table(evaluation: Evaluation) -> Table:
 
 def remarks_table(evaluation: Evaluation) -> Table:
     """Return a row for each thing that went wrong in a kind of scene, and how often it did."""
-    table = plain_table("scene", "times")
-    table.add_column("what")
+    table = Table(("scene", "times", "what"), text=True)
     scenes = dict.fromkeys(kinds_of(one.scene)[0] for one in evaluation.whole)
     for kind in scenes:
         summary = Summary.of(evaluation.of_kind(kind))
@@ -108,17 +105,8 @@ def compression_table(evaluation: Evaluation) -> Table:
     The paper's are of the shapes of 5.2 m², by which the goals go; all shapes follow for
     information.
     """
-    table = plain_table(
-        "m²",
-        "voxel m",
-        "kept",
-        "mean",
-        "largest",
-        "held",
-        "right",
-        "paper kept",
-        "paper %",
-    )
+    names = ("m²", "voxel m", "kept", "mean", "largest", "held", "right", "paper kept", "paper %")
+    table = Table(names)
     for name, counts in ((f"{THINNED_AREA_M2:g}", has_points), ("all", lambda _: True)):
         _compression_rows(table, name, evaluation, counts)
         table.add_section()
@@ -149,8 +137,7 @@ def _compression_rows(
 
 def real_table(evaluation: Evaluation) -> Table:
     """Return a row for each pile of each real scan."""
-    table = plain_table("scan", "known m³", "measured", "u95", "error %")
-    table.add_column("remarks")
+    table = Table(("scan", "known m³", "measured", "u95", "error %", "remarks"), text=True)
     for one in evaluation.real:
         for row in _real_rows(one):
             table.add_row(*row)

@@ -10,7 +10,6 @@ import click
 
 from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
 from divespot.cli.results import PICTURES
-from divespot.cli.screen import stdout_console
 from divespot.output import PICTURE, TABLE, whole, write_text
 
 if TYPE_CHECKING:
@@ -71,13 +70,13 @@ def history(  # noqa: PLR0913, PLR0917 - one argument an option
 
 def show(found: Sequence[Entry]) -> None:
     """Print a row for each measurement."""
-    from divespot.cli.tables import plain_table  # noqa: PLC0415 - slow to import
+    from divespot.cli.table import Table, show_table  # noqa: PLC0415 - slow to import
     from divespot.numbers import volume_unit, with_uncertainty  # noqa: PLC0415
     from divespot.results.telling import counted  # noqa: PLC0415
 
     unit, per_m3 = volume_unit(max((abs(one.volume_m3) for one in found), default=1.0))
-    table = plain_table("time", f"volume {unit}", f"change {unit}", "mass kg", "piles")
-    table.add_column("site")
+    names = ("time", f"volume {unit}", f"change {unit}", "mass kg", "piles", "site")
+    table = Table(names, text=True)
     last: dict[str, Entry] = {}
     for one in found:
         volume = with_uncertainty(per_m3 * one.volume_m3, per_m3 * one.u95_m3)
@@ -86,7 +85,7 @@ def show(found: Sequence[Entry]) -> None:
         table.add_row(one.time, volume, change, mass, str(one.piles), one.site)
         last[one.site] = one
     click.echo(f"{counted(len(found), 'measurement')}\n")
-    stdout_console().print(table)
+    show_table(table)
 
 
 def _change(before: Entry | None, one: Entry, per_m3: float) -> str:

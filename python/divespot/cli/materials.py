@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import click
 
-from divespot.cli.screen import stdout_console
 from divespot.materials import MATERIALS, SOURCE
 
 
@@ -15,14 +14,14 @@ def materials() -> None:
     A density range is that of one material poured and measured in different ways; anywhere in it
     is as likely, which gives the standard uncertainty (GUM 4.3.7).
     """
-    from divespot.cli.tables import plain_table  # noqa: PLC0415 - slow to import
+    from divespot.cli.table import Table, show_table  # noqa: PLC0415 - slow to import
 
-    table = plain_table("material", "density kg/m³", "range", "u", "angle of repose °")
+    table = Table(("material", "density kg/m³", "range", "u", "angle of repose °"))
     for name, material in MATERIALS.items():
         low, high = material.density_range_kg_m3
         angles = material.repose_deg
         repose = "-" if angles is None else "-".join(f"{angle:g}" for angle in sorted({*angles}))
         u = f"{material.density_u_kg_m3:.0f}"
         table.add_row(name, f"{material.density_kg_m3:.0f}", f"{low:.0f}-{high:.0f}", u, repose)
-    stdout_console().print(table)
+    show_table(table)
     click.echo(f"sources: {SOURCE}")

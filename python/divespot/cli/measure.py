@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
@@ -21,7 +21,8 @@ from divespot.cli.outputs import (
     write_json,
 )
 from divespot.cli.results import chosen_files, result_options
-from divespot.cli.screen import file_name, loudness_options, progress_line, stdout_console, tell
+from divespot.cli.screen import file_name, loudness_options, progress_line
+from divespot.cli.telling import show, show_failure, show_status, show_warnings
 from divespot.errors import DivespotError, printable
 from divespot.output import HISTORY, REPORT, TABLE
 from divespot.report import finite
@@ -29,18 +30,23 @@ from divespot.results.csv_rows import now
 from divespot.results.show_units import NAMES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
     from divespot.cli.results import ResultFile
+    from divespot.errors import Status
     from divespot.report import Report
     from divespot.results.document import Survey
     from divespot.settings import Settings
+
+#: Files that are one survey.
+Files: TypeAlias = tuple[str, ...]
 
 
 @click.command(cls=Grouped)
 @click.argument("scans", metavar="SCAN...", type=click.Path(), nargs=-1, required=True)
 @setting_options
+@click.option("--merge", is_flag=True, help="measure all SCANs as one survey: tiles, set-ups")
 @click.option(
     "--json",
     "json_file",
@@ -62,6 +68,12 @@ if TYPE_CHECKING:
     type=click.Path(),
     metavar="PATH.db",
     help="add to a history (SQLite), which `divespot history` lists and plots; --report shows it",
+)
+@click.option(
+    "--status",
+    is_flag=True,
+    help="print one line a scan instead of the table, for scripts: status=measured, no_pile, "
+    "no_ground, nothing_seen or bad_input, and what was measured",
 )
 @click.option("--site", default="", help="name of the place, for --report and --history")
 @click.option(
@@ -85,29 +97,41 @@ def measure(
 ) -> None:
     """Measure every pile in each SCAN.
 
-    SCAN is a PLY, PCD, LAS, LAZ, XYZ, CSV, TXT, NPY or NPZ file, or one of them in a GZIP or ZIP
-    file. No option is needed: every length that is not given is derived from the scan's own point
-    spacing. A scan that cannot be measured is named on stderr, and the next one is measured.
+    SCAN is a PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY or NPZ file, or one of them in a
+    GZIP or ZIP file. No option is needed: every length that is not given is derived from the
+    scan's own point spacing. A scan that cannot be measured is named on stderr, and the next
+    one is measured.
     """
     settings = chosen_settings(ctx)
     files = chosen_files(ctx.params)
-    _check_usage(ctx, settings, files)
+    surveys = [scans] if ctx.params["merge"] else [(scan,) for scan in scans]
+    _check_usage(ctx, settings, surveys, files)
     _check(ctx.params, settings, files)
-    output = Output.of(ctx.params, files)
-    good = [_measure_one(scan, settings, output) for scan in scans]
+    output = Output.of(ctx.params, surveys, files)
+    good = [_measure_one(survey, settings, output) for survey in surveys]
     if not all(good):
         ctx.exit(1)
 
 
-def _check_usage(ctx: click.Context, settings: Settings, files: Mapping[ResultFile, str]) -> None:
+def _check_usage(
+    ctx: click.Context,
+    settings: Settings,
+    surveys: Sequence[Files],
+    files: Mapping[ResultFile, str],
+) -> None:
     """Refuse options that do not go together."""
     given = ctx.params
-    if len(given["scans"]) > 1 and files:
-        option, count = next(iter(files)).flags[0], len(given["scans"])
-        raise click.UsageError(f"{option} needs one SCAN, {count} were given", ctx)
+    if len(surveys) > 1 and files:
+        option, count = next(iter(files)).flags[0], len(surveys)
+        raise click.UsageError(
+            f"{option} needs one SCAN, {count} were given (or --merge them)", ctx
+        )
+    if given["status"] and given["json_file"] == STDOUT:
+        raise click.UsageError("--status needs the standard output, which --json - takes", ctx)
     if given["append"] and given["json_file"] is None and given["csv_file"] is None:
         raise click.UsageError("--append needs --json or --csv", ctx)
-    if given["show_unit"] == "t" and settings.density_kg_m3 is None and settings.material is None:
+    sources = (settings.density_kg_m3, settings.material, settings.outline)
+    if given["show_unit"] == "t" and all(source is None for source in sources):
         raise click.UsageError("--show-unit t needs --material or --density", ctx)
 
 
@@ -134,18 +158,24 @@ class Output:
     rows: CsvRows | None
     files: Mapping[ResultFile, str]
     show_unit: str | None
+    status: bool
     quiet: bool
     history: str | None
     site: str
 
     @classmethod
-    def of(cls, given: Mapping[str, Any], files: Mapping[ResultFile, str]) -> Output:
+    def of(
+        cls,
+        given: Mapping[str, Any],
+        surveys: Sequence[Files],
+        files: Mapping[ResultFile, str],
+    ) -> Output:
         """Return where the options say."""
         json_file, csv_file, append = given["json_file"], given["csv_file"], given["append"]
-        several = append or given["scans"][1:]
+        several = append or surveys[1:]
         lines = JsonLines(json_file, append=append) if json_file and several else None
         rows = None if csv_file is None else CsvRows(csv_file, append=append)
-        plain = ("show_unit", "quiet", "history", "site")
+        plain = ("show_unit", "status", "quiet", "history", "site")
         return cls(json_file, lines, rows, files, **{name: given[name] for name in plain})
 
     def write(self, report: Report) -> bool:
@@ -165,9 +195,16 @@ class Output:
             steps.append(partial(self._remember, report, survey))
         drawn = sum(item.is_drawn for item in self.files)
         steps += [partial(item.write, report, path, survey) for item, path in self.files.items()]
-        if self.json_file != STDOUT and not self.quiet:
-            steps.insert(len(steps) - drawn, partial(show, report, self.show_unit))
+        if (told := self._told(report)) is not None:
+            steps.insert(len(steps) - drawn, told)
         return _all_done(steps)
+
+    def _told(self, report: Report) -> Callable[[], None] | None:
+        """Return what prints the report; the line that was asked for is printed in any case."""
+        if self.status:
+            return partial(show_status, report)
+        is_silent = self.quiet or self.json_file == STDOUT
+        return None if is_silent else partial(show, report, self.show_unit)
 
     def _survey(self) -> Survey:
         """Return what is known of the place, before this measurement is added."""
@@ -182,11 +219,13 @@ class Output:
 
         add(report, str(self.history), site=self.site, time=survey.date)
 
-    def fail(self, scan: str, sentence: str) -> None:
+    def fail(self, scan: str, sentence: str, status: Status) -> None:
         """Write that a scan could not be measured."""
         steps: list[Callable[[], None]] = []
+        if self.status:
+            steps.append(partial(show_failure, scan, sentence, status))
         if self.lines is not None:
-            steps.append(partial(self.lines.write, failed(scan, sentence)))
+            steps.append(partial(self.lines.write, failed(scan, sentence, status)))
         if self.rows is not None:
             steps.append(partial(self.rows.fail, scan, sentence))
         _all_done(steps)
@@ -211,54 +250,31 @@ def _attempt(step: Callable[[], None]) -> DivespotError | OSError | None:
     return None
 
 
-def _measure_one(scan: str, settings: Settings, output: Output) -> bool:
-    """Measure one scan and tell of it; return whether that worked."""
+def _measure_one(survey: Files, settings: Settings, output: Output) -> bool:
+    """Measure one scan, or several as one, and tell of it; return whether that worked."""
     try:
-        report = run(scan, settings)
+        report = run(survey if survey[1:] else survey[0], settings)
     except (DivespotError, MemoryError) as error:
-        sentence = _named(scan, str(error) or "there is too little memory for this scan")
+        sentence = _named(survey, str(error) or "there is too little memory for this scan")
         Failure(sentence).show()
-        output.fail(scan, sentence)
+        status: Status = error.status if isinstance(error, DivespotError) else "bad_input"
+        output.fail(survey[0], sentence, status)
         return False
     if not output.quiet:
         show_warnings(report)
     return output.write(report)
 
 
-def run(scan: str | Path, settings: Settings) -> Report:
-    """Measure a file with a progress line."""
+def run(survey: Files | str | Path, settings: Settings) -> Report:
+    """Measure a file, or several as one, with a progress line."""
     from divespot.pipeline import measure as pipeline  # noqa: PLC0415 - slow to import
 
-    name = printable(click.format_filename(scan, shorten=True))
+    first = survey[0] if isinstance(survey, tuple) else survey
+    name = printable(click.format_filename(first, shorten=True))
     with progress_line(f"measuring {name}") as on_stage:
-        return pipeline(scan, settings, on_stage=on_stage)
+        return pipeline(survey, settings, on_stage=on_stage)
 
 
-def show(report: Report, unit: str | None = None) -> None:
-    """Print a report for people."""
-    from divespot.cli.tables import bases_table, report_table  # noqa: PLC0415 - slow to import
-
-    seconds = sum(report.timings_s.values())
-    click.echo(f"{_file_name(report)}: {report.source.points:,} points in {seconds:.2f} s\n")
-    if report.piles or report.other_objects:
-        stdout_console().print(report_table(report, unit))
-        if report.settings.compare_bases and report.piles:
-            click.echo()
-            stdout_console().print(bases_table(report))
-    else:
-        click.echo("  no object stands on the ground\n")
-
-
-def show_warnings(report: Report) -> None:
-    """Print what a user should know before trusting the numbers, on stderr."""
-    for warning in report.warnings:
-        tell(f"divespot: {_file_name(report)}: warning: {printable(warning)}")
-
-
-def _file_name(report: Report) -> str:
-    return file_name(report.source.path or "points")
-
-
-def _named(scan: str, sentence: str) -> str:
-    name = file_name(scan)
-    return sentence if sentence.startswith(name) else f"{name}: {sentence}"
+def _named(survey: Files, sentence: str) -> str:
+    names = tuple(map(file_name, survey))
+    return sentence if sentence.startswith(names) else f"{names[0]}: {sentence}"

@@ -23,10 +23,10 @@ STAGES = {item.name: item for item in dataclasses.fields(Stages)}
 
 #: Headings of ``--help`` after that of the outputs, and the settings below each.
 GROUPS = {
-    "The scan": ("unit", "columns", "classes", "returns", "crop"),
+    "The scan": ("unit", "crs", "columns", "classes", "returns", "crop"),
     "The ground": ("up", "max_tilt_deg", "level"),
     "The surface": ("radius_m", "cell_m", "surface", "margin_m"),
-    "What is measured, and above what": ("outline", "base", "compare_bases"),
+    "What is measured, and above what": ("outline", "inside", "base", "compare_bases"),
     "Mass": ("material", "density_kg_m3", "density_u_kg_m3"),
     "The run": ("preset", "seed", "threads"),
     "The paper's method, with --preset paper": tuple(STAGES),
@@ -50,7 +50,7 @@ def corners(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise click.BadParameter(f"{text!r} is not six numbers x0,y0,z0,x1,y1,z1") from None
+        raise click.BadParameter(f"{text!r} is not numbers with commas between them") from None
 
 
 def simulation_options(command: F) -> F:
@@ -161,8 +161,6 @@ def _type(item: dataclasses.Field[Any]) -> click.Choice[str] | Callable[[str], A
 
 
 def _metavar(item: dataclasses.Field[Any]) -> str | None:
-    if item.metadata["kind"] is tuple:
-        return "X0,Y0,Z0,X1,Y1,Z1"
     if item.metadata["kind"] is not float:
         return item.metadata.get("metavar")
     endings = (text for ending, text in _METAVARS.items() if item.name.endswith(ending))

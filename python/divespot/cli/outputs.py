@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import re
     from collections.abc import Iterable, Mapping
 
+    from divespot.errors import Status
     from divespot.report import Report
 
 ERROR_SCHEMA = "divespot.error/1"
@@ -113,7 +114,8 @@ def _print(text: str) -> None:
     click.echo(text, nl=False)
 
 
-def failed(scan: str, sentence: str) -> dict[str, Any]:
+def failed(scan: str, sentence: str, status: Status) -> dict[str, Any]:
     """Return the line of a scan that could not be measured."""
     path = os.fsencode(scan).decode("utf-8", "replace")
-    return {"schema": ERROR_SCHEMA, "source": {"path": path}, "error": sentence}
+    source = {"path": path}
+    return {"schema": ERROR_SCHEMA, "status": status, "source": source, "error": sentence}

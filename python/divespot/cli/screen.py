@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import io
+import shutil
 import sys
 import threading
 from contextlib import contextmanager, suppress
@@ -17,25 +17,10 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
-    from rich.console import Console
-
 F = TypeVar("F", bound="Callable[..., Any]")
-
-#: Columns of text that goes into a file or a pipe, where no line is too long.
-FILE_COLUMNS = 120
 
 #: What takes no longer needs no progress line.
 PATIENCE_S = 1.0
-
-
-def stdout_console() -> Console:
-    """Return a console that prints text as it is; file names are no markup."""
-    from rich.console import Console  # noqa: PLC0415 - slow to import, --help does without
-
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # not every terminal knows a ±
-    width = None if sys.stdout is not None and sys.stdout.isatty() else FILE_COLUMNS
-    return Console(markup=False, highlight=False, emoji=False, width=width)
 
 
 def file_name(path: str | os.PathLike[str]) -> str:
@@ -90,19 +75,52 @@ def progress_line(task: str) -> Iterator[Callable[[str], None]]:
     if not _is_terminal():
         yield lambda _stage: None
         return
-    from rich.console import Console  # noqa: PLC0415 - as above
-
-    status = Console(stderr=True, markup=False).status(task)
+    shown = _Line(task)
     # A stage may itself take long, so time must run beside it.
-    timer = threading.Timer(PATIENCE_S, status.start)
+    timer = threading.Timer(PATIENCE_S, shown.begin)
     timer.daemon = True
     timer.start()
     try:
-        yield lambda stage: status.update(f"{task}: {stage}")
+        yield shown.tell
     finally:
         timer.cancel()
         timer.join()
-        status.stop()
+        shown.end()
+
+
+class _Line:
+    """One line on a terminal that is written anew, in the end with blanks."""
+
+    def __init__(self, task: str) -> None:
+        self._task, self._stage = task, ""
+        self._begun, self._written = False, 0
+        self._lock = threading.Lock()
+
+    def begin(self) -> None:
+        with self._lock:
+            self._begun = True
+            self._write()
+
+    def tell(self, stage: str) -> None:
+        with self._lock:
+            self._stage = stage
+            if self._begun:
+                self._write()
+
+    def end(self) -> None:
+        if self._begun:
+            _echo("\r" + " " * self._written + "\r")
+
+    def _write(self) -> None:
+        room = shutil.get_terminal_size().columns - 1
+        text = f"{self._task}: {self._stage}"[:room]
+        _echo("\r" + text.ljust(self._written))
+        self._written = len(text)
+
+
+def _echo(text: str) -> None:
+    with suppress(OSError, ValueError):
+        click.echo(text, nl=False, err=True)
 
 
 def _is_terminal() -> bool:
@@ -123,16 +141,10 @@ def progress_bar(task: str) -> Iterator[Callable[[int, int], None]]:
     if not _is_terminal():
         yield lambda _done, _all: None
         return
-    from rich.console import Console  # noqa: PLC0415 - as above
-    from rich.progress import (  # noqa: PLC0415 - as above
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
+    with click.progressbar(length=1, label=task, file=sys.stderr, show_pos=True) as bar:
 
-    columns = (TextColumn(task), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        row = bar.add_task(task, total=None)
-        yield lambda done, all_: bar.update(row, completed=done, total=all_)
+        def show(done: int, all_: int) -> None:
+            bar.length = all_
+            bar.update(done - bar.pos)
+
+        yield show

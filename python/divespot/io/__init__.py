@@ -1,7 +1,8 @@
 """Scans from files, points to files.
 
-Formats: PLY, PCD, LAS, LAZ, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; each also in a GZIP or
-ZIP file.
+Formats: PLY, PCD, LAS, LAZ, E57, PTX, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; rasters of
+heights (GeoTIFF, Erdas Imagine, ESRI grid), meshes (OBJ, STL, GLB, PLY with faces); each also
+in a GZIP or ZIP file.
 """
 
 from __future__ import annotations
@@ -9,29 +10,38 @@ from __future__ import annotations
 import os
 import warnings as python_warnings
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot.errors import DivespotError
-from divespot.io.doubts import judged
+from divespot.errors import DivespotError, NothingSeenError
+from divespot.io.doubts import Judged, doubts_of, judged
 from divespot.io.files import bytes_of
 from divespot.io.formats import detect
+from divespot.io.given_system import with_system
+from divespot.io.las_sample import begins_as_las, sample_las
+from divespot.io.merge import are_paths, merged
 from divespot.io.packed import unpacked
 from divespot.io.scan import FloatArray, RawCloud, Scan
 from divespot.io.units import DEGREES, STRETCHED, UNITS, accepted_units, metres_per
 from divespot.io.wanted import Wanted
 from divespot.io.write import write
 
-__all__ = ["UNITS", "Scan", "read", "write"]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["UNITS", "Scan", "read", "sample", "write"]
 
 
-def read(
-    path: str | os.PathLike[str],
+def read(  # noqa: PLR0913 - one argument an option
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     unit: str = "auto",
+    crs: str | None = None,
     columns: str | None = None,
     classes: str | None = None,
     returns: str = "all",
+    plan: Sequence[float] | None = None,
 ) -> Scan:
     """Read a scan, whatever its format, in metres.
 
@@ -40,19 +50,26 @@ def read(
 
     Parameters
     ----------
-    path : str or os.PathLike
-        PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC; NPY or
-        NPZ of shape (n, >=3), (h, w, >=3) or with fields x, y, z; or lines of text. Any of them
-        in a GZIP file or alone in a ZIP file.
+    path : str or os.PathLike, or a list of these
+        Several files are merged into one survey; they must be in one unit and reference system.
+        PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC, E57
+        and PTX (all scans of a file, in its common frame); NPY or NPZ of shape (n, >=3),
+        (h, w, >=3) or with fields x, y, z; GeoTIFF, IMG or ESRI grid, of which the middle of each
+        cell is a point; OBJ, STL, GLB or PLY with faces, of whose surface points are taken; or
+        lines of text. Any of them in a GZIP file or alone in a ZIP file.
     unit : str
         The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
         takes what the file states, and metres where it states nothing.
+    crs : str or None
+        The reference system, ``"EPSG:CODE"`` or WKT, of a file that states none; needs pyproj.
     columns : str or None
         Where x, y and z stand in a table of text, such as ``"3,2,4"`` or ``"Easting,North,H"``.
     classes : str or None
         Classes of a LAS file to keep, such as ``"2,6"``; None keeps all but noise.
     returns : str
         Returns of a LAS file to keep: ``"all"``, ``"first"`` or ``"last"``.
+    plan : sequence of float or None
+        x0, y0, x1, y1 in the file's numbers: of a COPC file, no point outside is read.
 
     Returns
     -------
@@ -62,7 +79,8 @@ def read(
     ------
     DivespotError
         If there is no such file, it is not readable, damaged, without points or in no accepted
-        format, if `unit` is unknown, or if the file is in degrees or another unit that is none.
+        format, if `unit` is unknown, or if the file is in degrees or another unit that is none;
+        if several files disagree on unit or reference system.
 
     Examples
     --------
@@ -74,31 +92,46 @@ def read(
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
-    wanted = Wanted.of(columns, classes, returns)
-    file = Path(os.fsdecode(path))
+    wanted = Wanted.of(columns, classes, returns, crs, plan)
+    if are_paths(path):
+        return merged([_named(Path(os.fsdecode(one)), unit, wanted) for one in path])
+    return _named(Path(os.fsdecode(path)), unit, wanted)  # type: ignore[arg-type]  # no list of paths
+
+
+def _named(file: Path, unit: str, wanted: Wanted) -> Scan:
+    """Read a file, and name it where that fails."""
     try:
         return _read(file, unit, wanted)
     except DivespotError as err:
-        raise DivespotError(f"{file}: {err}") from None
+        raise type(err)(f"{file}: {err}") from None
     except OSError as err:
         raise DivespotError(f"{file}: cannot be read ({err.strerror or err})") from None
     except MemoryError:
         raise DivespotError(f"{file}: too large for the memory there is") from None
 
 
+def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
+    """Read a scan, or some points of one that is large and can be sampled: LAS and LAZ.
+
+    As `read` otherwise; `Scan.whole` says what the file says of all its points.
+    """
+    if not isinstance(unit, str) or unit != "auto":
+        metres_per(unit)
+    return _named(Path(os.fsdecode(path)), unit, Wanted(some=True))
+
+
 def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
-    name, data = unpacked(file, bytes_of(file))
-    found, warnings = detect(name, data)
     # What a library has to say about a file belongs to the scan, not to the process.
     with python_warnings.catch_warnings(record=True) as caught:
         python_warnings.simplefilter("always")
-        raw = found.read(data, wanted)
+        name, raw, warnings = _raw(file, wanted)
     if len(raw.xyz) == 0:
-        raise DivespotError("it holds 0 points")
+        raise NothingSeenError("it holds 0 points")
     said = dict.fromkeys(str(warning.message) for warning in caught)
+    raw = with_system(raw, wanted.crs)
     unit_used, vertical, unit_warnings = _units(raw, unit)
     stated = unit != "auto" or raw.unit is not None
-    seen = judged(raw.xyz, unit_used, stated=stated)
+    seen = _judged(raw, unit_used, stated=stated)
     factors = np.array([metres_per(unit_used)] * 2 + [metres_per(vertical)])
     return Scan(
         points=_scaled(seen.xyz, factors),
@@ -110,7 +143,7 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
             *warnings,
             *raw.warnings,
             *said,
-            *_ignored(found.name, wanted),
+            *_ignored(name, wanted),
             *unit_warnings,
             *seen.warnings,
         ),
@@ -118,7 +151,25 @@ def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
         viewpoint_m=None if raw.viewpoint is None else _triple(np.array(raw.viewpoint) * factors),
         raster=raw.raster,
         quantum_m=_triple(seen.quantum * factors),
+        format=name,
+        whole=raw.whole,
     )
+
+
+def _judged(raw: RawCloud, unit: str, *, stated: bool) -> Judged:
+    """Look at a file's numbers; of some lines of points, the steps mean nothing."""
+    if raw.whole is None or raw.whole.points == len(raw.xyz):
+        return judged(raw.xyz, unit, stated=stated)
+    return Judged(raw.xyz, np.zeros(3), () if stated else doubts_of(raw.xyz))
+
+
+def _raw(file: Path, wanted: Wanted) -> tuple[str, RawCloud, tuple[str, ...]]:
+    """Return a file's format, what it holds, and a warning where its name says another format."""
+    if wanted.some and begins_as_las(file):
+        return "LAS/LAZ", sample_las(file, wanted), ()
+    name, data = unpacked(file, bytes_of(file))
+    found, warnings = detect(name, data)
+    return found.name, found.read(data, wanted), warnings
 
 
 def _triple(numbers: FloatArray) -> tuple[float, float, float]:

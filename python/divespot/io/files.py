@@ -29,6 +29,15 @@ def bytes_of(file: Path, most: int | None = None) -> bytes:
         It cannot be read.
 
     """
+    require_regular(file, most)
+    data = file.read_bytes()
+    if not data:
+        raise DivespotError("the file is empty")
+    return data
+
+
+def require_regular(file: Path, most: int | None = None) -> None:
+    """Raise what `bytes_of` does for what is no regular file, or too large."""
     try:
         found = file.stat()
     except ValueError as err:
@@ -41,10 +50,6 @@ def bytes_of(file: Path, most: int | None = None) -> bytes:
     limit = _memory_bytes() if most is None else most
     if found.st_size > limit:
         raise DivespotError(f"has {found.st_size >> 20} MB: at most {limit >> 20} MB can be read")
-    data = file.read_bytes()
-    if not data:
-        raise DivespotError("the file is empty")
-    return data
 
 
 def _memory_bytes() -> int:

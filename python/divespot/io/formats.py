@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from divespot.errors import DivespotError
+from divespot.io import esri_grid, mesh, ptx, raster
+from divespot.io.e57 import read_e57
 from divespot.io.las import read_las
 from divespot.io.npy import read_npy, read_npz
 from divespot.io.pcd import read_pcd
@@ -23,12 +25,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: how its files begin, what they are called, who reads them."""
+    """A file format: how its files begin, what they are called, who reads them.
+
+    Files of one that is known `by_name` begin like nothing in particular: their extension decides
+    too.
+    """
 
     name: str
     begins: re.Pattern[bytes]
     extensions: tuple[str, ...]
     read: Callable[[bytes, Wanted], RawCloud]
+    by_name: bool = False
 
 
 def _whole(read: Callable[[bytes], RawCloud]) -> Callable[[bytes, Wanted], RawCloud]:
@@ -45,6 +52,8 @@ def _whole(read: Callable[[bytes], RawCloud]) -> Callable[[bytes, Wanted], RawCl
 _COMMENT_LINES = rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*"
 # Text without a NUL; or UTF-16, which has them, by its byte order mark.
 _TEXT_START = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]*\Z")
+# Text, or 80 bytes and a count.
+_STL_START = re.compile(rb"\s*solid\s|[\0-\xff]{84}")
 FORMATS = (
     Format("PLY", re.compile(rb"\s*ply[ \t]*[\r\n]"), (".ply",), _whole(read_ply)),
     Format(
@@ -54,10 +63,25 @@ FORMATS = (
         _whole(read_pcd),
     ),
     Format("LAS/LAZ", re.compile(rb"LASF"), (".las", ".laz"), read_las),
+    Format("E57", re.compile(rb"ASTM-E57"), (".e57",), _whole(read_e57)),
+    Format("PTX", ptx.BEGINS, (".ptx",), _whole(ptx.read_ptx)),
     Format("NPY", re.compile(rb"\x93NUMPY"), (".npy",), _whole(read_npy)),
     Format("NPZ", re.compile(rb"PK\x03\x04"), (".npz",), _whole(read_npz)),
-    # Text begins like nothing in particular, so here the extension decides too.
-    Format("text", _TEXT_START, (".xyz", ".csv", ".tsv", ".txt", ".asc", ".pts"), read_text),
+    Format(
+        "GeoTIFF",
+        re.compile(rb"II[*+]\0|MM\0[*+]"),
+        (".tif", ".tiff"),
+        _whole(raster.reader("GTiff")),
+    ),
+    Format("Erdas Imagine", re.compile(rb"EHFA_HEADER"), (".img",), _whole(raster.reader("HFA"))),
+    Format("ESRI grid", esri_grid.BEGINS, (".asc",), _whole(esri_grid.read_esri)),
+    Format("GLB", re.compile(rb"glTF"), (".glb",), _whole(mesh.reader("glb", "m"))),
+    Format("STL", _STL_START, (".stl",), _whole(mesh.reader("stl")), by_name=True),
+    Format("OBJ", _TEXT_START, (".obj",), _whole(mesh.reader("obj")), by_name=True),
+    Format(
+        *("text", _TEXT_START, (".xyz", ".csv", ".tsv", ".txt", ".asc", ".pts"), read_text),
+        by_name=True,
+    ),
 )
 _ACCEPTED = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in FORMATS)
 _HEAD_BYTES = 1 << 16
@@ -73,14 +97,12 @@ def detect(path: PurePath, data: bytes) -> tuple[Format, tuple[str, ...]]:
     """
     head = data[:_HEAD_BYTES]
     extension = path.suffix.lower()
-    by_name = next((f for f in FORMATS if extension in f.extensions), None)
-    *binary, text = FORMATS
-    found = next((f for f in binary if f.begins.match(head)), None)
-    if found is None and by_name is text and text.begins.match(head):
-        found = text
-    if found is None:
-        claim = f"is no {by_name.name} file inside" if by_name else "is in no known format"
+    named = [f for f in FORMATS if extension in f.extensions]
+    fitting = [f for f in FORMATS if f.begins.match(head) and (f in named or not f.by_name)]
+    if not fitting:
+        claim = f"is no {named[-1].name} file inside" if named else "is in no known format"
         raise DivespotError(f"it {claim}: one of {_ACCEPTED} is needed")
-    if by_name in (found, None):
+    found = fitting[0]
+    if found in named or not named:
         return found, ()
     return found, (f"the file is called {extension} but is {found.name}, and was read as that",)

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import struct
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from divespot.errors import DivespotError
+from divespot.io import copc
 from divespot.io.crs import Crs, crs_from_geokeys, crs_from_wkt
 from divespot.io.las_filter import LasFilter
 from divespot.io.records import require_bytes
 from divespot.io.scan import FloatArray, RawCloud, stack
 
 if TYPE_CHECKING:
+    import mmap
     from collections.abc import Mapping
 
     import laspy
 
     from divespot.io.wanted import Wanted
+
+    Buffer = bytes | mmap.mmap
 
 # Memory for one batch of unpacked records. Batches, because the count of a LAZ file cannot be
 # checked against its size beforehand.
@@ -35,38 +39,49 @@ _CORRUPT = "not a readable LAS or LAZ file, truncated or corrupt ({})"
 
 def read_las(data: bytes, wanted: Wanted) -> RawCloud:
     """Read scaled x, y, z of the points wanted, and the units that the reference system states."""
-    import laspy  # noqa: PLC0415  (import divespot stays light)
-
     if wanted.columns is not None:
         raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
-    _check_header(data)
+    check_header(data)
     wanted_ones = LasFilter(wanted)
-    parts = laspy.DecompressionSelection
     try:
-        # One thread: lazrs with several aborts the process on a corrupt chunk table, and is no
-        # faster here.
-        with laspy.open(
-            BytesIO(data),
-            laz_backend=laspy.LazBackend.Lazrs,
-            decompression_selection=parts.base() | parts.Z | parts.CLASSIFICATION | parts.FLAGS,
-        ) as reader:
+        with opened(BytesIO(data)) as reader:
             if reader.header.are_points_compressed:
-                _check_chunks(data, reader.header)
-            xyz = _read_points(reader, wanted_ones)
+                check_chunks(data, BytesIO(data), reader.header)
+            xyz = _read_points(reader, wanted_ones, data)
             crs = read_crs(reader.header)
-    except DivespotError:
-        raise
-    # laspy and lazrs document no exceptions; whatever they raise here, the bytes are at fault.
-    # A panic inside lazrs arrives as a BaseException of a type that cannot be imported.
-    except BaseException as err:
-        if not isinstance(err, Exception) and type(err).__name__ != "PanicException":
-            raise
-        raise DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}")) from None
+    except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
+        raise refused(err) from None
     warnings = (*crs.warnings, *wanted_ones.told(len(xyz)))
     return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text, warnings, projected=crs.projected)
 
 
-def _check_header(data: bytes) -> None:
+def opened(stream: IO[bytes]) -> laspy.LasReader:
+    """Open a LAS file for what is read of it.
+
+    In one thread: lazrs with several aborts the process on a corrupt chunk table, and is no faster
+    here.
+    """
+    import laspy  # noqa: PLC0415  (import divespot stays light)
+
+    parts = laspy.DecompressionSelection
+    selection = parts.base() | parts.Z | parts.CLASSIFICATION | parts.FLAGS
+    backend = laspy.LazBackend.Lazrs
+    return laspy.open(stream, closefd=False, laz_backend=backend, decompression_selection=selection)
+
+
+def refused(err: BaseException) -> BaseException:
+    """Return what to raise for what laspy or lazrs raised.
+
+    They document no exceptions; whatever they raise, the bytes are at fault. A panic inside lazrs
+    arrives as a BaseException of a type that cannot be imported.
+    """
+    is_panic = type(err).__name__ == "PanicException"
+    if isinstance(err, DivespotError) or not (isinstance(err, Exception) or is_panic):
+        return err
+    return DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}"))
+
+
+def check_header(data: Buffer) -> None:
     """Check all counts in the header against the file's size, before laspy believes them."""
     try:
         version = data[25]
@@ -87,7 +102,7 @@ def _check_header(data: bytes) -> None:
         require_bytes(count * stride, len(data) - start, count)
 
 
-def _refuse_pointwise(data: bytes, at: int, vlrs: int) -> None:
+def _refuse_pointwise(data: Buffer, at: int, vlrs: int) -> None:
     """Refuse points that are compressed one by one, of which there is no chunk table."""
     for _ in range(vlrs):
         record, size = struct.unpack_from("<2H", data, at + 18)
@@ -99,7 +114,7 @@ def _refuse_pointwise(data: bytes, at: int, vlrs: int) -> None:
         at += 54 + size
 
 
-def _table_offset(data: bytes, start: int) -> int:
+def _table_offset(data: Buffer, start: int) -> int:
     """Return where the chunk table begins, of points that begin at `start`."""
     offset: int = struct.unpack_from("<q", data, start)[0]
     if offset <= start:
@@ -108,31 +123,39 @@ def _table_offset(data: bytes, start: int) -> int:
     return offset
 
 
-def _check_chunk_table(data: bytes, start: int, count: int) -> None:
+def _check_chunk_table(data: Buffer, start: int, count: int) -> None:
     """Check the size of the chunk table; raises struct.error where there is none."""
     _, chunks = struct.unpack_from("<II", data, max(_table_offset(data, start), start))
     if chunks > min(count, len(data)):
         raise DivespotError(f"its LAZ chunk table promises {chunks} chunks: it is corrupt")
 
 
-def _check_chunks(data: bytes, header: laspy.LasHeader) -> None:
+def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> None:
     """Check the sizes from which lazrs allocates: of records, chunks and their layers."""
     import lazrs  # noqa: PLC0415  (import divespot stays light)
 
     start = header.offset_to_point_data
     vlr = lazrs.LazVlr(header.vlrs.get("LasZipVlr")[0].record_data)
-    stream = BytesIO(data)
     stream.seek(start)
     table = lazrs.read_chunk_table(stream, vlr)
     if start + 8 + sum(size for _, size in table) != _table_offset(data, start):
         raise DivespotError("its LAZ chunks and its chunk table disagree: it is corrupt")
     if vlr.item_size() != header.point_format.size:
         raise DivespotError("its LAZ record and its LAS header disagree: it is corrupt")
+    sizes = [vlr.chunk_size()] * len(table)
+    if vlr.uses_variable_size_chunks():
+        sizes = [counted for counted, _ in table]
+    # Behind the last chunk, lazrs takes whatever follows for one.
+    if sum(sizes) < header.point_count:
+        raise DivespotError(
+            f"the header promises {header.point_count} points but its LAZ chunks hold {sum(sizes)}"
+            ": it is truncated or corrupt"
+        )
     if header.point_format.id < _FIRST_LAYERED_FORMAT:
         return
     at, left = start + 8, header.point_count
-    for counted, size in table:
-        count = counted if vlr.uses_variable_size_chunks() else min(vlr.chunk_size(), left)
+    for counted, (_, size) in zip(sizes, table, strict=True):
+        count = min(counted, left)
         # A chunk is a point, its count, and a size for each layer: first x with y, then z, class
         # and flags.
         promised, *layers = struct.unpack_from("<5I", data, at + header.point_format.size)
@@ -141,28 +164,37 @@ def _check_chunks(data: bytes, header: laspy.LasHeader) -> None:
         at, left = at + size, left - count
 
 
-def _read_points(reader: laspy.LasReader, wanted: LasFilter) -> FloatArray:
+def _read_points(reader: laspy.LasReader, wanted: LasFilter, data: bytes) -> FloatArray:
     header = reader.header
+    if wanted.wanted.plan is not None and copc.is_copc(header):
+        some = copc.points_in(BytesIO(data), header, wanted.wanted.plan)
+        if some is not None and len(some):
+            return kept(some, wanted, header)
     batch = max(1, _BATCH_BYTES // header.point_format.size)
     parts = [np.empty((0, 3))]
     held = 0
     for points in reader.chunk_iterator(batch):
         held += len(points)
-        raw = stack([points.X, points.Y, points.Z])
-        keeps = wanted.keeps(points)
-        if not keeps.all():
-            raw = raw.compress(keeps, axis=0)
-        # A corrupt scale may overflow to inf, which a later stage drops and counts.
-        with np.errstate(over="ignore", invalid="ignore"):
-            raw *= header.scales
-            raw += header.offsets
-        parts.append(raw)
+        parts.append(kept(points, wanted, header))
     if held != header.point_count:
         raise DivespotError(
             f"the header promises {header.point_count} points but the file holds {held}: "
             "it is truncated or corrupt"
         )
     return np.concatenate(parts)
+
+
+def kept(points: Any, wanted: LasFilter, header: laspy.LasHeader) -> FloatArray:  # noqa: ANN401
+    """Return x, y, z of those points of a batch that are wanted."""
+    raw = stack([points.X, points.Y, points.Z])
+    keeps = wanted.keeps(points)
+    if not keeps.all():
+        raw = raw.compress(keeps, axis=0)
+    # A corrupt scale may overflow to inf, which a later stage drops and counts.
+    with np.errstate(over="ignore", invalid="ignore"):
+        raw *= header.scales
+        raw += header.offsets
+    return raw
 
 
 def read_crs(header: laspy.LasHeader) -> Crs:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,7 @@ class LasFilter:
     unwanted: int = 0
     withheld: int = 0
     noise: int = 0
-    seen_classes: set[int] = field(default_factory=set)
+    seen_classes: Counter[int] = field(default_factory=Counter)
 
     def keeps(self, points: Any) -> NDArray[np.bool_]:  # noqa: ANN401 - laspy ships no types
         """Return which points of a batch are kept.
@@ -32,7 +33,8 @@ class LasFilter:
         Points that are withheld are deleted ones (LAS 1.4 R15, table 16).
         """
         classes = np.asarray(points.classification)
-        self.seen_classes.update(np.unique(classes).tolist())
+        found, counts = np.unique(classes, return_counts=True)
+        self.seen_classes.update(dict(zip(found.tolist(), counts.tolist(), strict=True)))
         withheld = np.asarray(points.withheld).astype(bool)
         if self.wanted.classes is None:
             noise, wanted = np.isin(classes, list(NOISE)), np.ones(len(classes), bool)

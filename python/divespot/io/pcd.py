@@ -2,8 +2,7 @@
 
 Read here and not by pypcd4: it takes fewer points than the header promises without a word,
 allocates what a header asks for before looking at the file, refuses headers that PCL accepts
-(version .6, no COUNT, two blanks in a row) and brings pydantic along. The LZF body is
-decompressed by python-neo-lzf.
+(version .6, no COUNT, two blanks in a row) and brings pydantic along.
 """
 
 from __future__ import annotations
@@ -11,22 +10,24 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from divespot._native import lzf_decompress
 from divespot.errors import DivespotError
 from divespot.io.header import find_header
 from divespot.io.records import axes_of, require_bytes, unpack_records
 from divespot.io.scan import FloatArray, RawCloud, stack
 from divespot.io.table import number_rows, parse_rows, split_lines
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 _TYPES = {
     *(("F", size) for size in (4, 8)),
     *((kind, size) for kind in "IU" for size in (1, 2, 4, 8)),
 }
-# A back reference of 3 bytes yields at most 264 bytes.
-_LZF_MAX_RATIO = 88
 # The quaternion w, x, y, z of a sensor that is not turned.
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 
@@ -179,22 +180,14 @@ def _read_compressed(data: bytes, header: _Header) -> FloatArray:
     return stack([np.frombuffer(body, dtype, header.points, at) for dtype, at in axes])
 
 
-def _decompress(data: bytes, header: _Header) -> bytes:
-    import lzf  # noqa: PLC0415  (only compressed PCD needs it)
-
+def _decompress(data: bytes, header: _Header) -> NDArray[np.uint8]:
     start = header.size + 8
     require_bytes(8, len(data) - header.size, header.points)
     packed, unpacked = struct.unpack_from("<II", data, header.size)
     require_bytes(packed, len(data) - start, header.points)
-    if unpacked != header.points * header.stride or unpacked > packed * _LZF_MAX_RATIO:
+    if unpacked != header.points * header.stride:
         raise DivespotError(
             f"the header promises {header.points} points of {header.stride} bytes, its compressed "
             f"body {unpacked} bytes from {packed}: it is corrupt"
         )
-    try:
-        body: bytes | None = lzf.decompress(data[start : start + packed], unpacked)
-    except ValueError:
-        body = None
-    if body is None or len(body) != unpacked:
-        raise DivespotError("its LZF-compressed body cannot be decompressed: it is corrupt")
-    return body
+    return lzf_decompress(data[start : start + packed], unpacked)

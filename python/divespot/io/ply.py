@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from divespot.errors import DivespotError
+from divespot.extras import is_installed
 from divespot.io.header import find_header
-from divespot.io.records import axes_of, unpack_records
+from divespot.io.mesh import points_on, triangles_of
+from divespot.io.records import axes_of, require_bytes, unpack_records
 from divespot.io.scan import FloatArray, RawCloud
 from divespot.io.table import number_rows, parse_rows, split_lines
 
@@ -35,6 +37,16 @@ _TYPES = {
     **dict.fromkeys(("double", "float64"), "f8"),
 }
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+#: What the corners of faces are called.
+INDICES = {"vertex_indices", "vertex_index"}
+
+#: A surface has about two triangles a vertex, one of squares one face.
+FACE_SHARE = 0.5
+
+#: The fewest bytes of a face: "3 0 1 2", or a count and three bytes.
+FACE_BYTES = 4
 
 
 @dataclass(frozen=True)
@@ -82,7 +94,24 @@ def read_ply(data: bytes) -> RawCloud:
             "the PLY vertex element holds a list property: single values are needed"
         )
     read_body = _read_binary if header.byte_order else _read_ascii
-    return RawCloud(read_body(data, header, before, vertex))
+    xyz = read_body(data, header, before, vertex)
+    faces = next((element for element in header.elements if element.name == "face"), None)
+    if faces is None or not _make_a_surface(faces, vertex):
+        return RawCloud(xyz)
+    require_bytes(FACE_BYTES * faces.count, len(data) - header.size, vertex.count)
+    if not is_installed("trimesh"):
+        told = (
+            f"its {faces.count} faces were passed over and its vertices taken: "
+            "to measure its surface, pip install divespot[mesh]"
+        )
+        return RawCloud(xyz, warnings=(told,))
+    return RawCloud(points_on(triangles_of(data, "ply")))
+
+
+def _make_a_surface(faces: _Element, vertex: _Element) -> bool:
+    """Return whether a file is a mesh, not a cloud beside a few faces."""
+    lists = {p.name for p in faces.properties if p.length_dtype is not None}
+    return bool(lists & INDICES) and faces.count >= FACE_SHARE * vertex.count
 
 
 def _parse_header(data: bytes) -> _Header:

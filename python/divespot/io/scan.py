@@ -9,9 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 FloatArray: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Whole:
+    """What the header of a file says of all its points, of which only some were read.
+
+    `low` and `high` are the corners of the box around them, in the file's numbers; `classes` are
+    those of the points that were read, with how many there are.
+    """
+
+    points: int
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    classes: Mapping[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +56,12 @@ class Scan:
         Rows and columns, where the points are the pixels of a frame, row by row.
     quantum_m : tuple of float
         The steps in metres to which x, y and z were rounded, 0 where none is seen.
+    format : str or None
+        What the file is: ``"PLY"``, ``"LAS/LAZ"``.
+    files : tuple of str
+        All files, where several were merged; `path` is the first of them.
+    whole : Whole or None
+        What the file says of all its points, where it was asked to look at some.
     """
 
     points: FloatArray
@@ -54,6 +74,9 @@ class Scan:
     viewpoint_m: tuple[float, float, float] | None = None
     raster: tuple[int, int] | None = None
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    format: str | None = None
+    files: tuple[str, ...] = ()
+    whole: Whole | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +91,7 @@ class RawCloud:
         it says nothing of its own about z.
     crs : str or None
     warnings : tuple of str
-    projected, raster
+    projected, raster, whole
         As of a `Scan`.
     viewpoint : tuple of float or None
         Where the sensor stood, in the file's numbers.
@@ -82,6 +105,7 @@ class RawCloud:
     projected: bool = False
     viewpoint: tuple[float, float, float] | None = None
     raster: tuple[int, int] | None = None
+    whole: Whole | None = None
 
 
 def stack(columns: Sequence[NDArray[Any]]) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -42,18 +43,15 @@ def read_text(data: bytes, wanted: Wanted) -> RawCloud:
     where it does not separate. Columns named x, y, z (or easting, northing, elevation and the
     like) in a header line are used; without one, those behind a first column that counts rows,
     otherwise the first three. A line with one whole number before the first row is the number of
-    rows (PTS).
+    rows (PTS); another such block may follow.
     """
     lines = split_lines(data)
     layout = _find_layout(lines, wanted)
     rows, numbers = number_rows(lines[layout.start :], layout.start + 1)
     if layout.delimiter != ",":
         rows = [row.replace(",", ".") for row in rows]
-    if layout.promised is not None and layout.promised != len(rows):
-        raise DivespotError(
-            f"its first line promises {layout.promised} points but {len(rows)} rows follow: "
-            "it is truncated or corrupt"
-        )
+    if layout.promised is not None:
+        rows, numbers = _without_counts(rows, numbers, layout.promised)
     columns = layout.columns if layout.certain else _judged(rows, layout)
     xyz = parse_rows(rows, numbers, columns.at, layout.delimiter)
     return RawCloud(
@@ -62,6 +60,28 @@ def read_text(data: bytes, wanted: Wanted) -> RawCloud:
         vertical_unit=columns.vertical_unit,
         warnings=columns.warnings,
     )
+
+
+def _without_counts(
+    rows: list[str], numbers: list[int], promised: int
+) -> tuple[list[str], list[int]]:
+    """Return the rows of the clouds of a PTS file, each of which follows its count."""
+    parts: list[slice] = []
+    at, line = 0, "its first line"
+    while True:
+        end = at + promised
+        follows = rows[end] if end < len(rows) else ""
+        if end > len(rows) or (follows and not (follows.isdecimal() and len(follows) < 19)):
+            raise DivespotError(
+                f"{line} promises {promised} points but {len(rows) - at} rows follow: "
+                "it is truncated or corrupt"
+            )
+        parts.append(slice(at, end))
+        if not follows:
+            break
+        at, line, promised = end + 1, f"line {numbers[end]}", int(follows)
+    chain = itertools.chain.from_iterable
+    return list(chain(rows[part] for part in parts)), list(chain(numbers[part] for part in parts))
 
 
 def _find_layout(lines: list[str], wanted: Wanted) -> _Layout:
@@ -77,8 +97,6 @@ def _find_layout(lines: list[str], wanted: Wanted) -> _Layout:
             return layout
         if row.isdecimal() and len(row) < 19:
             promised = int(row)
-        elif row.lower().startswith("ncols"):
-            raise DivespotError("it is an ESRI grid of heights: a list of points x y z is needed")
         header.append(line.strip()[:_MAX_HEADER_CHARS])
         if len(header) > _MAX_HEADER_LINES:
             break

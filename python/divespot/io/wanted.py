@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
+from divespot._arguments import shown
 from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 #: Classes of low and of high noise (LAS 1.4 R15, table 17).
 NOISE = frozenset({7, 18})
@@ -23,15 +28,31 @@ class Wanted:
         The classes to keep. None: all but noise.
     returns
         Which returns of a pulse to keep.
+    crs
+        The reference system of a file that states none.
+    plan
+        The rectangle x0, y0, x1, y1 outside of which no point is wanted, in the file's numbers.
+    some
+        Whether a sample of the points will do.
 
     """
 
     columns: tuple[str, ...] | None = None
     classes: frozenset[int] | None = None
     returns: Literal["all", "first", "last"] = "all"
+    crs: str | None = None
+    plan: tuple[float, float, float, float] | None = None
+    some: bool = False
 
     @classmethod
-    def of(cls, columns: str | None, classes: str | None, returns: str) -> Wanted:
+    def of(
+        cls,
+        columns: str | None,
+        classes: str | None,
+        returns: str,
+        crs: str | None = None,
+        plan: Sequence[float] | None = None,
+    ) -> Wanted:
         """Return what is asked for in words.
 
         Raises
@@ -42,7 +63,7 @@ class Wanted:
         """
         if not isinstance(returns, str) or returns not in {"all", "first", "last"}:
             raise DivespotError(f"returns is {returns!r}: one of all, first, last is needed")
-        for name, value in (("columns", columns), ("classes", classes)):
+        for name, value in (("columns", columns), ("classes", classes), ("crs", crs)):
             if not isinstance(value, str | None):
                 raise DivespotError(f"{name} is a {type(value).__name__}: a text is needed")
         parts = None if columns is None else tuple(map(str.strip, columns.split(",")))
@@ -50,7 +71,19 @@ class Wanted:
             raise DivespotError(
                 f"columns is {columns!r}: three numbers from 1 or names, as 3,2,4, are needed"
             )
-        return cls(parts, _numbers(classes), returns)  # type: ignore[arg-type]  # checked above
+        return cls(parts, _numbers(classes), returns, crs, _corners(plan))  # type: ignore[arg-type]  # checked above
+
+
+def _corners(plan: Sequence[float] | None) -> tuple[float, float, float, float] | None:
+    if plan is None:
+        return None
+    try:
+        x0, y0, x1, y1 = map(float, plan)
+    except (TypeError, ValueError, OverflowError):
+        x0 = y0 = x1 = y1 = math.nan
+    if not all(map(math.isfinite, (x0, y0, x1, y1))):
+        raise DivespotError(f"plan is {shown(plan)}: four numbers x0,y0,x1,y1 are needed")
+    return x0, y0, x1, y1
 
 
 def _numbers(classes: str | None) -> frozenset[int] | None:

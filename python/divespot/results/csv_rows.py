@@ -46,10 +46,9 @@ def rows_of(report: Report, time: str | None = None) -> list[dict[str, Any]]:
         "scan": encodable(source.path),
         "scan_unit": source.unit,
         "crs": source.crs,
-        "material": report.settings.material,
     }
     if not report.piles:
-        return [{**common, "remarks": NO_PILE}]
+        return [{**common, "material": report.settings.material, "remarks": NO_PILE}]
     return [{**common, **_own(pile)} for pile in report.piles]
 
 
@@ -65,6 +64,7 @@ def _own(pile: Pile) -> dict[str, Any]:
         "pile": pile.id,
         **{name: getattr(pile, name) for name in _OWN},
         "name": encodable(pile.name),
+        "material": encodable(pile.material),
         "centroid_x": x,
         "centroid_y": y,
         "centroid_z": z,

@@ -6,11 +6,13 @@ import dataclasses
 import hashlib
 import math
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from divespot import _native
 from divespot.errors import printable
+from divespot.mass import density_of
 from divespot.numbers import rounded, with_uncertainty
 from divespot.report import COVERAGE
 from divespot.results.crs_name import crs_name
@@ -22,9 +24,11 @@ from divespot.results.trust import trust_sentence
 from divespot.results.wording import texts
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from divespot.report import Pile, Report, Total
+
+T = TypeVar("T")
 
 #: From this mass on, in kg, tonnes are told.
 TONNES_FROM_KG = 1000.0
@@ -122,6 +126,7 @@ def _date(time: str) -> str:
 
 def _facts(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     source, settings = report.source, report.settings
+    materials = [pile.material for pile in report.piles] or [settings.material]
     facts = [
         (words["date"], date),
         (words["scan"], scan_name(report)),
@@ -130,15 +135,20 @@ def _facts(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tuple[s
             words["system"],
             printable(crs_name(source.crs) or "") or words["system_none"].format(unit=source.unit),
         ),
-        (words["material"], settings.material or words["material_none"]),
+        (words["material"], printable(", ".join(_known(materials)) or words["material_none"])),
     ]
-    if settings.density_kg_m3 is not None:
-        u95 = COVERAGE * (settings.density_u_kg_m3 or 0.0)
-        density = words["density_value"].format(
-            density=rounded(settings.density_kg_m3, 4), u95=rounded(u95, 2)
+    if densities := _known(density_of(material, settings) for material in materials):
+        told = (
+            words["density_value"].format(density=rounded(kg_m3, 4), u95=rounded(COVERAGE * u, 2))
+            for kg_m3, u in densities
         )
-        facts.append((words["density"], density))
+        facts.append((words["density"], ", ".join(told)))
     return tuple(facts)
+
+
+def _known(values: Iterable[T | None]) -> list[T]:
+    """Return each of the values that are known once."""
+    return [value for value in dict.fromkeys(values) if value is not None]
 
 
 def _piles(report: Report, shown: Shown, words: Mapping[str, Any]) -> Table:
@@ -151,8 +161,7 @@ def _piles(report: Report, shown: Shown, words: Mapping[str, Any]) -> Table:
     def first(item: Pile | Total) -> list[Cell]:
         cells = [Cell(shown.measured(item), item.volume_m3)]
         if weighed:
-            mass, u95 = item.mass_kg or 0.0, item.u95_mass_kg or 0.0
-            cells.append(Cell(with_uncertainty(mass / kg, u95 / kg), item.mass_kg))
+            cells.append(Cell(_mass(item, kg), item.mass_kg))
         return cells
 
     def row(pile: Pile) -> tuple[Cell, ...]:
@@ -173,6 +182,12 @@ def _piles(report: Report, shown: Shown, words: Mapping[str, Any]) -> Table:
     empty = [Cell("")] * len(sizes)
     total = (Cell(words["total"]), *([Cell("")] if named else []), *first(report.total), *empty)
     return Table(header, tuple(map(row, report.piles)), total)
+
+
+def _mass(item: Pile | Total, kg: float) -> str:
+    if item.mass_kg is None:
+        return "-"
+    return with_uncertainty(item.mass_kg / kg, (item.u95_mass_kg or 0.0) / kg)
 
 
 def _change(report: Report, shown: Shown, survey: Survey, words: Mapping[str, Any]) -> str | None:
@@ -223,9 +238,15 @@ def _left_out(report: Report, shown: Shown, words: Mapping[str, Any]) -> Table |
 
 def _provenance(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     source = report.source
+    of_files = [
+        (
+            (words["file"], printable(p or "-")),
+            (words["sha256"], file_hash(p) or words["sha256_none"]),
+        )
+        for p in source.files or (source.path,)
+    ]
     return (
-        (words["file"], printable(source.path or "-")),
-        (words["sha256"], file_hash(source.path) or words["sha256_none"]),
+        *chain.from_iterable(of_files),
         (words["version"], _native.__version__),
         (words["seed"], str(report.seed)),
         (words["measured_on"], date),

@@ -45,7 +45,8 @@ def save_las(report: Report, path: str | os.PathLike[str]) -> None:
     Ground are points within the margin of the base that lie in no pile; what lies in a pile, and
     all else, is unclassified. The extra dimension ``pile`` is 0 outside piles, and for what
     stands or hangs over them. Of a LAS or LAZ file everything else is kept: point format, every
-    dimension, coordinate system, and points that were not measured.
+    dimension, coordinate system, and points that were not measured; of other files, and of several
+    that were merged, the points.
 
     Raises
     ------
@@ -62,12 +63,21 @@ def save_las(report: Report, path: str | os.PathLike[str]) -> None:
         raise DivespotError("an array was measured: points can be written of a scan's file alone")
     refuse_inputs(path, "the points", report.inputs)
     kinds = _Kinds(report)
-    _, data = unpacked(Path(report.source.path), bytes_of(Path(report.source.path)))
     compress = ending == ".laz"
-    made = _annotated if data.startswith(b"LASF") else _converted
-    written = made(data, kinds, compress=compress)
+    data = b"" if report.source.files else _bytes_of(report.source.path)
+    is_las = data.startswith(b"LASF")
+    written = (
+        _annotated(data, kinds, compress=compress)
+        if is_las
+        else _converted(kinds, compress=compress)
+    )
     with whole(path) as stream:
         stream.write(written)
+
+
+def _bytes_of(path: str) -> bytes:
+    _, data = unpacked(Path(path), bytes_of(Path(path)))
+    return data
 
 
 class _Kinds:
@@ -82,7 +92,7 @@ class _Kinds:
     def of(self, points_m: NDArray[np.float64]) -> tuple[NDArray[np.uint8], NDArray[np.uint16]]:
         """Return class and pile of points in the scan's frame, in metres."""
         level, grid = self.report.level, self.report.level.height_map
-        at = level.frame.pose.level(np.asarray(points_m - level.frame.origin_m), 1)
+        at = level.frame.to_level(points_m / level.frame.metres)
         finite = np.asarray(np.isfinite(at).all(axis=1))
         cells = np.floor((np.where(finite[:, None], at, 0.0)[:, :2] - grid.origin_m) / grid.cell_m)
         rows, columns = grid.heights_m.shape
@@ -139,14 +149,12 @@ def _metres(header: Any, report: Report) -> NDArray[np.float64]:  # noqa: ANN401
     return np.array([plan, plan, UNITS.get(vertical or "", plan)])
 
 
-def _converted(data: bytes, kinds: _Kinds, *, compress: bool) -> bytes:
-    """Return a LAS file with the points of a file in another format."""
+def _converted(kinds: _Kinds, *, compress: bool) -> bytes:
+    """Return a LAS file with the points of files in another format, or of several."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
-    del data  # it is read again, as what it is
     report = kinds.report
-    scan = read(str(report.source.path), unit=report.source.unit, columns=report.settings.columns)
-    points_m = scan.points[np.isfinite(scan.points).all(axis=1)]
+    points_m = _points_m(report)
     xyz = points_m / UNITS[report.source.unit]
     header = laspy.LasHeader(point_format=6, version="1.4")
     header = _header_of(header)
@@ -164,3 +172,12 @@ def _converted(data: bytes, kinds: _Kinds, *, compress: bool) -> bytes:
     held = BytesIO()
     las.write(held, do_compress=compress)
     return held.getvalue()
+
+
+def _points_m(report: Report) -> NDArray[np.float64]:
+    """Return the points of the scan's files once more, without those that are not finite."""
+    source, settings = report.source, report.settings
+    # An explicit unit is one of heights too, which a LAS file may give in another.
+    unit = settings.unit if source.files else source.unit
+    scan = read(source.files or str(source.path), unit=unit, columns=settings.columns)
+    return np.asarray(scan.points[np.isfinite(scan.points).all(axis=1)])

@@ -58,15 +58,15 @@ def collection(report: Report) -> dict[str, Any]:
         "scan": report.source.path,
         "scan_unit": report.source.unit,
         "scan_crs": crs_name(report.source.crs),
-        "features": [_feature(pile, report) for pile in report.piles if pile.outline_m],
+        "features": [_feature(pile) for pile in report.piles if pile.outline_m],
     }
 
 
-def _feature(pile: Pile, report: Report) -> dict[str, Any]:
+def _feature(pile: Pile) -> dict[str, Any]:
     own = {name: value for name, value in vars(pile).items() if name not in _ELSEWHERE}
     return {
         "type": "Feature",
-        "properties": {"pile": pile.id, **own, "material": report.settings.material},
+        "properties": {"pile": pile.id, **own},
         "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
     }
 

@@ -16,7 +16,8 @@ Kind = TypeVar("Kind", bound=Report)
 
 #: What of a report is null where it is absent; other nulls stand for what is not a number.
 _MAY_BE_ABSENT = {
-    *("path", "crs", "mass_kg", "u95_mass_kg", "volume_by_base_m3", "name", "reason"),
+    *("path", "crs", "mass_kg", "u95_mass_kg", "volume_by_base_m3", "name", "material"),
+    "reason",
 }
 
 
@@ -46,7 +47,7 @@ def parsed(text: str | bytes, kind: type[Kind]) -> Kind:
 def _report(found: dict[str, Any], kind: type[Kind]) -> Kind:
     settings = {name: _tuples(value) for name, value in found["settings"].items()}
     return kind(
-        source=Source(**found["source"]),
+        source=Source(**{name: _tuples(value) for name, value in found["source"].items()}),
         piles=tuple(_pile(pile) for pile in found["piles"]),
         other_objects=tuple(_pile(item) for item in found["other_objects"]),
         total=Total(**_numbers(found["total"])),

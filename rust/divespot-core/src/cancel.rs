@@ -38,7 +38,7 @@ pub fn unless_called_off<T>(flag: &Flag, work: impl FnOnce() -> T) -> Result<T> 
 
 /// Unwinds where the work of this thread was called off.
 #[inline]
-pub(crate) fn poll() {
+pub fn poll() {
     if FLAG.with_borrow(|flag| flag.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))) {
         resume_unwind(Box::new(CalledOff));
     }

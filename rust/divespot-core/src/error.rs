@@ -48,6 +48,9 @@ pub enum Error {
         /// The number of cells that the setting leads to.
         cells: f64,
     },
+    /// Compressed data that are none, or not all of them.
+    #[error("the compressed data {0}: they are corrupt")]
+    Corrupt(&'static str),
     /// There is no memory for what a kernel holds at once.
     #[error("there is no memory for {0}")]
     Memory(String),

@@ -181,7 +181,7 @@ impl Scene<'_> {
         let sides = self.sides(self.candidates(Some(about_z)).ok()?);
         let upright = sides.iter().filter(|side| side.normal[2] > 0.0).copied().collect();
         let is_floor = |plane: &Plane, within_rad: f64| {
-            plane.normal[2].abs() >= within_rad.cos() && self.is_surface(plane)
+            plane.normal[2].abs() >= libm::cos(within_rad) && self.is_surface(plane)
         };
         let floor = |planes, within_rad| self.best(planes).ok().filter(|p| is_floor(p, within_rad));
         floor(upright, LEVEL_RAD)
@@ -193,7 +193,7 @@ impl Scene<'_> {
     fn is_surface(&self, plane: &Plane) -> bool {
         let on = self.normals.iter().filter(|n| {
             plane.height(&n.at).abs() <= self.settings.threshold_m
-                && Slope::of(n, plane).level >= SLOPES_RAD.0.cos()
+                && Slope::of(n, plane).level >= libm::cos(SLOPES_RAD.0)
         });
         to_f64(on.count()) >= LEAST_SHARE * to_f64(self.normals.len().max(1))
     }
@@ -228,7 +228,7 @@ impl Scene<'_> {
 
     /// Whether z alone decides that this side of a plane is up.
     fn is_side_by_z(&self, plane: &Plane) -> bool {
-        self.frame.z == Axis::Behind && plane.normal[2] >= SLOPES_RAD.0.cos()
+        self.frame.z == Axis::Behind && plane.normal[2] >= libm::cos(SLOPES_RAD.0)
     }
 
     /// Whether the sensor is known to be above or below a plane.
@@ -305,11 +305,11 @@ impl Slope {
     }
 
     fn is_poured(&self) -> bool {
-        (SLOPES_RAD.1.cos()..SLOPES_RAD.0.cos()).contains(&self.level)
+        (libm::cos(SLOPES_RAD.1)..libm::cos(SLOPES_RAD.0)).contains(&self.level)
     }
 
     fn is_square(&self) -> bool {
-        self.level >= SLOPES_RAD.0.cos() || self.level <= SLOPES_RAD.0.sin()
+        self.level >= libm::cos(SLOPES_RAD.0) || self.level <= libm::sin(SLOPES_RAD.0)
     }
 }
 

@@ -3,11 +3,14 @@
 //! Every kernel takes finite coordinates near a local origin (see [`Cloud`]) in metres, and
 //! returns the same bits for the same points in any order, at any number of threads.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods))] // scenes need not be the same everywhere
+
 mod connectivity;
 mod count;
 mod error;
 mod film;
 mod fixed;
+mod hypotenuse;
 mod material;
 mod moments;
 mod nearest;
@@ -24,6 +27,7 @@ pub mod ground_peak;
 pub mod hdbscan;
 pub mod heightmap;
 pub mod histogram;
+pub mod lzf;
 pub mod neighbors;
 pub mod piles;
 pub mod plane;

@@ -160,7 +160,7 @@ fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
 fn still_needed(drawn: &[Point], plane: &Plane, threshold_m: f64) -> u32 {
     let on = drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).count();
     let clean = (on as f64 / drawn.len() as f64).powi(3);
-    (MISSED.ln() / (-clean).ln_1p()).ceil().min(f64::from(u32::MAX)) as u32
+    (libm::log(MISSED) / libm::log1p(-clean)).ceil().min(f64::from(u32::MAX)) as u32
 }
 
 /// The plane through three points drawn for hypothesis `i`; `None` where they are (nearly) on one
@@ -190,7 +190,7 @@ fn hypothesis(drawn: &[Point], settings: &Settings, i: u64) -> Option<Plane> {
 fn oriented(normal: Vector3<f64>, on: &Vector3<f64>, cone: Option<Cone>) -> Option<(Point, f64)> {
     let axis = cone.map_or(Vector3::z(), |c| Vector3::from(c.axis).normalize());
     let along = normal.dot(&axis);
-    if cone.is_some_and(|c| along.abs() < c.half_angle_rad.cos()) {
+    if cone.is_some_and(|c| along.abs() < libm::cos(c.half_angle_rad)) {
         return None;
     }
     let normal = if along < 0.0 { -normal } else { normal };

@@ -39,7 +39,7 @@ pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
         .ok_or(Error::Degenerate("a normal needs finite components that are not all zero"))?;
     let across = unit.cross(&Vector3::z());
     let rotation = match Unit::try_new(across, PARALLEL) {
-        Some(axis) => Rotation3::from_axis_angle(&axis, across.norm().atan2(unit.z)),
+        Some(axis) => Rotation3::from_axis_angle(&axis, libm::atan2(across.norm(), unit.z)),
         None if unit.z > 0.0 => Rotation3::identity(),
         None => Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI),
     };
@@ -80,7 +80,7 @@ pub fn leveling(points: &[Point], normal: Point, threads: usize) -> Result<Rotat
 fn align_to_rectangle(points: &[Point], threads: usize) -> Rotation {
     let hull = convex_hull(points, thread_count(threads));
     let edges = hull.iter().zip(hull.iter().cycle().skip(1));
-    let boxes = edges.map(|(a, b)| enclosing(&hull, (b[1] - a[1]).atan2(b[0] - a[0])));
+    let boxes = edges.map(|(a, b)| enclosing(&hull, libm::atan2(b[1] - a[1], b[0] - a[0])));
     let smallest = boxes.min_by(|a, b| a.area.total_cmp(&b.area));
     let angle = smallest.map_or(0.0, |r| r.angle_rad);
     rows(Rotation3::from_axis_angle(&Vector3::z_axis(), -angle).matrix())
@@ -110,7 +110,7 @@ struct Rectangle {
 }
 
 fn enclosing(hull: &[[f64; 2]], angle_rad: f64) -> Rectangle {
-    let (sin, cos) = angle_rad.sin_cos();
+    let (sin, cos) = libm::sincos(angle_rad);
     let turned = hull.iter().map(|p| [cos * p[0] + sin * p[1], cos * p[1] - sin * p[0], 0.0]);
     let [width, depth, _] = Bounds::of(turned).map_or([0.0; 3], |b| b.extent());
     let upright = if depth > width { std::f64::consts::FRAC_PI_2 } else { 0.0 };

@@ -77,7 +77,7 @@ fn view_axis(points: &[Point]) -> Option<usize> {
     let sum: Vector = points.iter().map(|p| Vector::from(*p).normalize()).sum();
     let middle = sum.try_normalize(0.0)?;
     let cosines = sorted(points.iter().map(|p| Vector::from(*p).normalize().dot(&middle)));
-    let half_rad = quantile(&cosines, 1.0 - IN_VIEW).clamp(-1.0, 1.0).acos();
+    let half_rad = libm::acos(quantile(&cosines, 1.0 - IN_VIEW).clamp(-1.0, 1.0));
     (VIEW_RAD.0..VIEW_RAD.1).contains(&half_rad).then(|| middle.iamax())
 }
 
@@ -103,7 +103,7 @@ fn hidden_share(points: &[Point], rays: &[Point], threads: usize) -> f64 {
 fn spread(points: &[Point]) -> f64 {
     let spacings = around(points, NEIGHBOR, 1, |row, near| {
         let farthest = near.last().map_or(0.0, |&k| distance(&points[row], &points[k as usize]));
-        farthest.max(f64::MIN_POSITIVE).ln()
+        libm::log(farthest.max(f64::MIN_POSITIVE))
     });
     let spacings = sorted(spacings.into_iter());
     quantile(&spacings, 1.0 - TAIL) - quantile(&spacings, TAIL)

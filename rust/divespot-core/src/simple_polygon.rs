@@ -138,7 +138,7 @@ impl Join<'_> {
 /// The projections of all edges, and of each node's.
 fn tree(line: &[Place]) -> Vec<Option<Spans>> {
     let turns: [(f64, f64); DIRECTIONS] =
-        std::array::from_fn(|k| (k as f64 * PI / DIRECTIONS as f64).sin_cos());
+        std::array::from_fn(|k| libm::sincos(k as f64 * PI / DIRECTIONS as f64));
     let origin = line.first().copied().unwrap_or_default();
     let along =
         |p: Place| turns.map(|(sin, cos)| cos * (p[0] - origin[0]) + sin * (p[1] - origin[1]));

@@ -3,6 +3,7 @@
 use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::{FLATTEST, GENTLE};
 use crate::robust::{median, scale};
 
@@ -36,7 +37,7 @@ impl Slopes {
         let places = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
         let slopes: Vec<[f64; 2]> = places.polled().map(slope).collect();
         let tilt = tilt(&slopes);
-        let gentle = |s: &[f64; 2]| (s[0] - tilt[0]).hypot(s[1] - tilt[1]) <= GENTLE;
+        let gentle = |s: &[f64; 2]| (s[0] - tilt[0]).hypotenuse(s[1] - tilt[1]) <= GENTLE;
         Self { reach, noise_m, gentle: slopes.iter().map(gentle).collect() }
     }
 }
@@ -46,7 +47,7 @@ impl Slopes {
 fn tilt(slopes: &[[f64; 2]]) -> [f64; 2] {
     let known = |k: usize| slopes.iter().map(|s| s[k]).filter(|v| !v.is_nan()).collect();
     let tilt = [0, 1].map(|k| median(known(k)));
-    if tilt[0].hypot(tilt[1]) < FLATTEST { tilt } else { [0.0; 2] }
+    if tilt[0].hypotenuse(tilt[1]) < FLATTEST { tilt } else { [0.0; 2] }
 }
 
 /// The half-width of a window over which the noise of the slope is small.

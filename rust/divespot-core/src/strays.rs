@@ -6,6 +6,7 @@
 //! material may be; a stray does not, and stands against neighbours that do.
 
 use crate::Point;
+use crate::hypotenuse::Hypotenuse;
 use crate::nearest::Tree;
 use crate::parallel::map_chunks;
 
@@ -154,7 +155,7 @@ struct Near {
 impl Near {
     fn of(here: &Point, there: &Point, place: u32) -> Self {
         let away: Point = std::array::from_fn(|k| there[k] - here[k]);
-        Self { away, most: BEND * away[0].hypot(away[1]), place }
+        Self { away, most: BEND * away[0].hypotenuse(away[1]), place }
     }
 }
 
@@ -176,7 +177,7 @@ fn in_plane(near: &[Near], tilt: [f64; 2]) -> Support {
 
 fn tilts() -> Vec<[f64; 2]> {
     let turn = std::f64::consts::TAU / f64::from(DIRECTIONS);
-    let ways = (0..DIRECTIONS).map(|i| (turn * f64::from(i)).sin_cos());
+    let ways = (0..DIRECTIONS).map(|i| libm::sincos(turn * f64::from(i)));
     let sloped = ways.flat_map(|(sin, cos)| SLOPES.map(|slope| [slope * cos, slope * sin]));
     std::iter::once([0.0; 2]).chain(sloped).collect()
 }

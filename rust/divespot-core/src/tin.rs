@@ -10,6 +10,7 @@ use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 use crate::cancel::{Polled, poll};
 use crate::error::{Error, Result};
 use crate::heightmap::{Cells, Grid, HeightMap, bounds};
+use crate::hypotenuse::Hypotenuse;
 use crate::{Bounds, Point};
 
 /// A triangle whose longest edge is longer than this many spacings of the points around lies across
@@ -201,11 +202,11 @@ fn cross(a: Point, b: Point, c: Point) -> f64 {
 fn slope([a, b, c]: [Point; 3]) -> f64 {
     let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
     let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-    normal[0].hypot(normal[1]) / normal[2].abs()
+    normal[0].hypotenuse(normal[1]) / normal[2].abs()
 }
 
 fn nearest(corners: [Point; 3], p: Point) -> Point {
-    let distance = |q: &Point| (q[0] - p[0]).hypot(q[1] - p[1]);
+    let distance = |q: &Point| (q[0] - p[0]).hypotenuse(q[1] - p[1]);
     let [a, b, c] = corners;
     let nearer = if distance(&b) < distance(&a) { b } else { a };
     if distance(&c) < distance(&nearer) { c } else { nearer }

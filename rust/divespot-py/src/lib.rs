@@ -2,12 +2,14 @@
 
 mod array;
 mod bases;
+mod e57;
 mod errors;
 mod ground;
 mod hdbscan;
 mod heightmap;
 mod histogram;
 mod interrupt;
+mod lzf;
 mod neighbors;
 mod piles;
 mod plane;
@@ -22,6 +24,8 @@ mod _native {
     #[pymodule_export]
     use crate::bases::{RawBase, plane_base, surface_base};
     #[pymodule_export]
+    use crate::e57::read_e57;
+    #[pymodule_export]
     use crate::ground::{find_ground, leveling, survey, unevenness_of_rays};
     #[pymodule_export]
     use crate::hdbscan::hdbscan;
@@ -29,6 +33,8 @@ mod _native {
     use crate::heightmap::{RawHeightMap, height_map, integrate};
     #[pymodule_export]
     use crate::histogram::{ground_height, height_histogram};
+    #[pymodule_export]
+    use crate::lzf::lzf_decompress;
     #[pymodule_export]
     use crate::neighbors::{radius_outlier_mask, surface_mask};
     #[pymodule_export]

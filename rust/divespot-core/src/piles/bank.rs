@@ -12,6 +12,7 @@ use super::patch::{Patch, Zone};
 use super::territory::FOUR;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::GENTLE;
 
 /// A bank goes on as it is in its cells so many columns and rows around the nearest.
@@ -138,6 +139,6 @@ fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<Face> {
     }
     let plane = weighted_plane(&local, std::iter::repeat(1.0), Kind::Ring)?;
     let slope = [plane[1], plane[2]];
-    let lies = (GENTLE..STEEPEST).contains(&slope[0].hypot(slope[1]));
+    let lies = (GENTLE..STEEPEST).contains(&slope[0].hypotenuse(slope[1]));
     lies.then_some(Face { height_m: value(&plane, &[0.0; 3]), slope })
 }

@@ -14,6 +14,7 @@ use super::waves::{Footprint, Waves};
 use crate::count::to_f64;
 use crate::film::Film;
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::robust::{median, scale};
 
 /// Fewer cells than this carry no plane of their own.
@@ -93,7 +94,7 @@ impl Base {
     /// A surface that was given; `noise_m` is that of the scan which is held against it.
     #[must_use]
     pub fn on(surface: Surface, noise_m: f64) -> Self {
-        let noise_m = noise_m.hypot(surface.noise_m);
+        let noise_m = noise_m.hypotenuse(surface.noise_m);
         let level = Self::ground(0.0, noise_m, 0.0);
         Self { surface: Some(Arc::new(surface)), ..level }
     }

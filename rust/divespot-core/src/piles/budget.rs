@@ -4,6 +4,7 @@ use super::base::Base;
 use super::gaps::Filled;
 use super::patch::{Patch, Zone};
 use super::territory::FOUR;
+use crate::hypotenuse::Hypotenuse;
 
 /// Standard uncertainties of a volume; independent of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -66,8 +67,8 @@ impl Budget {
         Self {
             noise_m3: squares.sqrt() * area * base.noise_m,
             registration_m3: COMMON * cells * area * base.noise_m,
-            base_m3: (cells * area * base.u_level_m).hypot(sum(&mut unknown.into_iter())),
-            footprint_m3: (0.5 * toe_m3.abs() / f64::from(steps.max(1))).hypot(walled_m3),
+            base_m3: (cells * area * base.u_level_m).hypotenuse(sum(&mut unknown.into_iter())),
+            footprint_m3: (0.5 * toe_m3.abs() / f64::from(steps.max(1))).hypotenuse(walled_m3),
             filled_m3: gaps.u_m3,
             grid_m3: sum(&mut curvature.map(|l| l / 24.0)).abs(),
             scale_m3: SCALE * volume_m3.abs(),

@@ -81,8 +81,8 @@ impl Wall {
         let moment = |a: usize, b: usize| {
             places.iter().map(|p| (p[a] - middle[a]) * (p[b] - middle[b])).sum::<f64>()
         };
-        let angle = 0.5 * (2.0 * moment(0, 1)).atan2(moment(0, 0) - moment(1, 1));
-        let along = [angle.cos(), angle.sin()];
+        let angle = 0.5 * libm::atan2(2.0 * moment(0, 1), moment(0, 0) - moment(1, 1));
+        let along = [libm::cos(angle), libm::sin(angle)];
         let at = places.iter().map(|p| dot(along, less(*p, middle)));
         let ends = at.fold([0.0_f64; 2], |[low, high], s| [low.min(s), high.max(s)]);
         let across = places.iter().map(|p| dot([-along[1], along[0]], less(*p, middle)).powi(2));

@@ -57,7 +57,7 @@ pub(crate) struct Line {
 
 impl Line {
     pub(crate) fn new(angle_rad: f64, at_m: f64) -> Self {
-        Self { angle_rad, across: [angle_rad.cos(), angle_rad.sin()], at_m }
+        Self { angle_rad, across: [libm::cos(angle_rad), libm::sin(angle_rad)], at_m }
     }
 
     /// The distance beyond the line.

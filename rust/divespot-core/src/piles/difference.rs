@@ -17,6 +17,7 @@ use super::{Object, Reason, Settings, cut, gaps, hidden, pieces, valley, wall};
 use crate::Point;
 use crate::error::{Error, Result};
 use crate::heightmap::{Grid, Volume};
+use crate::hypotenuse::Hypotenuse;
 
 /// Cells differ where the mean around them does by so many of its standard deviations.
 const CLEAR: f64 = 4.0;
@@ -177,7 +178,7 @@ impl<'a> Rise<'a> {
             let near = grid.around(cell, 1).map(|n| heights_m[n]).filter(|h| !h.is_nan());
             let (sum, count) = near.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
             let u_unknown_m = self.base.u_unknown_m(grid.center(cell));
-            let limit_m = CLEAR * (self.base.noise_m / f64::sqrt(count)).hypot(u_unknown_m);
+            let limit_m = CLEAR * (self.base.noise_m / f64::sqrt(count)).hypotenuse(u_unknown_m);
             !heights_m[cell].is_nan() && sum / count > limit_m.max(EDGE * grid.cell_m)
         };
         (0..grid.len()).map(|cell| if rises(cell) { 0 } else { NOBODY }).collect()

@@ -15,6 +15,7 @@ use crate::Point;
 use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
 use crate::robust::{median, scale};
 
@@ -214,7 +215,7 @@ impl<'a> NearWalls<'a> {
         let before = face.before(&square, 0.5 * (height_m + end_m));
         let counted = part(moments(&before, [x, y]), area);
         let is_cut = counted.share > 0.0 && counted.share < 1.0;
-        let u_m = if leans { face.spread_m } else { face.spread_m.hypot(ROUNDED * run_m) };
+        let u_m = if leans { face.spread_m } else { face.spread_m.hypotenuse(ROUNDED * run_m) };
         let u_share = if is_cut { (u_m / grid.cell_m).min(1.0) } else { 0.0 };
         Some(End { height_m, part: Part { u_share, ..counted } })
     }
@@ -259,7 +260,7 @@ impl Surface {
         let plane = near_plane(&local)?;
         let mean = |k: usize| local.iter().map(|p| p[k]).sum::<f64>() / local.len() as f64;
         let from = [center_m[0] + mean(0), center_m[1] + mean(1)];
-        (plane[1].hypot(plane[2]) < NEVER_STEEPER).then_some(Self { plane, center_m, from })
+        (plane[1].hypotenuse(plane[2]) < NEVER_STEEPER).then_some(Self { plane, center_m, from })
     }
 
     fn at(&self, p: [f64; 2]) -> f64 {
@@ -290,8 +291,8 @@ impl Face {
         let moment = |a: usize, b: usize| {
             points.iter().map(|p| (p[a] - mean[a]) * (p[b] - mean[b])).sum::<f64>()
         };
-        let along = 0.5 * (2.0 * moment(0, 1)).atan2(moment(0, 0) - moment(1, 1));
-        let across = [-along.sin(), along.cos()];
+        let along = 0.5 * libm::atan2(2.0 * moment(0, 1), moment(0, 0) - moment(1, 1));
+        let across = [-libm::sin(along), libm::cos(along)];
         let away =
             if dot(across, [mean[0] - pile[0], mean[1] - pile[1]]) < 0.0 { -1.0 } else { 1.0 };
         let normal = across.map(|v| away * v);

@@ -10,6 +10,7 @@ use super::Object;
 use super::base::{Kind, value, weighted_plane};
 use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
+use crate::hypotenuse::Hypotenuse;
 use crate::robust::median_in;
 use crate::{Bounds, Point};
 
@@ -147,7 +148,7 @@ fn shrink(object: &mut Object, height_m: f64, area_m2: f64) {
     if between_m3 <= 0.0 {
         return;
     }
-    object.budget.footprint_m3 = object.budget.footprint_m3.hypot(BETWEEN * between_m3);
+    object.budget.footprint_m3 = object.budget.footprint_m3.hypotenuse(BETWEEN * between_m3);
     object.volume = volume;
     object.footprint_m2 = area_m2;
 }

@@ -4,6 +4,7 @@ use super::hidden::{Edge, Flank, Rim, open, rims};
 use super::patch::{Patch, Zone};
 use super::repose::Repose;
 use crate::film::{Node, relax};
+use crate::hypotenuse::Hypotenuse;
 
 /// Standard deviation of what lies anywhere within one of the middle (GUM 4.3.7).
 pub(crate) const ANYWHERE: f64 = 0.577;
@@ -36,7 +37,10 @@ pub(crate) fn fill(patch: &Patch, above: &[f64]) -> Filled {
     let share = |cell: usize| patch.counted(cell).share;
     let slack = film.iter().map(|&c| share(c) * (filled[c] - hidden.above_m[c]).abs());
     let u_film_m3 = ANYWHERE * slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m;
-    Filled { u_m3: u_film_m3.hypot(hidden.u_m3()).hypot(BELOW_SIGHT * sight_m3), above_m: filled }
+    Filled {
+        u_m3: u_film_m3.hypotenuse(hidden.u_m3()).hypotenuse(BELOW_SIGHT * sight_m3),
+        above_m: filled,
+    }
 }
 
 /// The heights of [`fill`] alone, for about half the work.
@@ -161,7 +165,7 @@ impl<'a> Hidden<'a> {
         let u_angle = 0.5 * sum(&steeper(-1.0), &steeper(1.0));
         let u_rim = 0.5 * ANYWHERE * sum(&self.crest_m, &self.sure_m);
         let cell_m = self.flanks.patch.grid.cell_m;
-        u_angle.hypot(u_rim) * cell_m * cell_m
+        u_angle.hypotenuse(u_rim) * cell_m * cell_m
     }
 }
 

@@ -13,6 +13,7 @@ use super::repose::Repose;
 use super::territory::{EIGHT, FOUR, NOBODY};
 use crate::cancel::{Polled, poll};
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::pose::convex_hull;
 
 /// A seen cell with less than this share of the typical number of seen cells around it, within
@@ -174,7 +175,7 @@ impl Flank {
 
 fn distance(grid: &Grid, a: usize, b: usize) -> f64 {
     let ([ax, ay], [bx, by]) = (grid.center(a), grid.center(b));
-    (ax - bx).hypot(ay - by)
+    (ax - bx).hypotenuse(ay - by)
 }
 
 /// The cells of `object` that border on unseen ones.

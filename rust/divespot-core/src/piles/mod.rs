@@ -58,6 +58,7 @@ use std::collections::BTreeMap;
 use crate::cancel::Polled;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::STEEPEST_POURED;
 use crate::parallel::map_each;
 use crate::thread_count;
@@ -286,7 +287,7 @@ impl Around<'_> {
             return false;
         }
         let ([ax, ay], [bx, by]) = (scene.grid.center(from), scene.grid.center(to));
-        let run_m = (ax - bx).hypot(ay - by) + scene.grid.cell_m;
+        let run_m = (ax - bx).hypotenuse(ay - by) + scene.grid.cell_m;
         let drop_m = (scene.heights_m[from] - scene.heights_m[to]).abs();
         drop_m > STEEPEST_POURED * run_m + CLEAR * settings.ground.noise_m
     }

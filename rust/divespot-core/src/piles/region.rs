@@ -12,6 +12,7 @@ use crate::cancel::poll;
 use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
 
 /// Labels of a region's cells and of those of all others.
@@ -342,7 +343,7 @@ fn inside(
     let whole_m2 = region.area_m2().max(f64::MIN_POSITIVE);
     let on_map = object.footprint_m2 / whole_m2;
     let on_map = if on_map > 1.0 - ROUNDING { 1.0 } else { on_map };
-    let filled_m3 = object.budget.filled_m3.hypot(u_carried_on_m3(&patch));
+    let filled_m3 = object.budget.filled_m3.hypotenuse(u_carried_on_m3(&patch));
     let within = within * patch.grid.cell_m * patch.grid.cell_m / whole_m2;
     Object {
         outline_m: on_base(&object.base, line),

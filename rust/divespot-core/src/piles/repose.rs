@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::cancel::Polled;
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::{FLATTEST, STEEPEST_POURED};
 use crate::robust::{median, scale};
 
@@ -91,7 +92,7 @@ impl<'a> Band<'a> {
             across += off(row) * sum;
         }
         let squares: f64 = (0..side).map(|i| off(i) * off(i)).sum();
-        f64::hypot(along, across) / (side as f64 * squares * self.grid.cell_m)
+        along.hypotenuse(across) / (side as f64 * squares * self.grid.cell_m)
     }
 }
 

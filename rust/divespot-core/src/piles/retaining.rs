@@ -7,6 +7,7 @@
 use super::near_plane::{near_plane, places_about};
 use super::territory::AXES;
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::STEEPEST_POURED;
 
 /// It holds back what lies on one side of it in so many of its cells.
@@ -25,7 +26,7 @@ pub(super) fn is_retaining(grid: &Grid, heights_m: &[f64], thing: &[usize], marg
             (1..=WIDEST).find_map(|k| at(k).filter(|&n| !heights_m[n].is_nan()).map(|n| (k, n)))
         };
         let (Some((a, m)), Some((b, n))) = (end(1), end(-1)) else { return false };
-        let run_m = ((a + b) as f64) * (dx as f64).hypot(dy as f64) * grid.cell_m;
+        let run_m = ((a + b) as f64) * (dx as f64).hypotenuse(dy as f64) * grid.cell_m;
         (heights_m[m] - heights_m[n]).abs() > STEEPEST_POURED * run_m + margin_m
     };
     let retains =

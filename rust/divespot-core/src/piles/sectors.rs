@@ -13,7 +13,7 @@ impl Sectors {
     pub(crate) fn of(local: &[[f64; 3]]) -> Self {
         let mut sectors = Self(std::array::from_fn(|_| Vec::new()));
         for (i, p) in local.iter().enumerate() {
-            let turn = p[1].atan2(p[0]) / std::f64::consts::TAU + 0.5;
+            let turn = libm::atan2(p[1], p[0]) / std::f64::consts::TAU + 0.5;
             sectors.0[((turn * SECTORS as f64) as usize).min(SECTORS - 1)].push(i);
         }
         sectors

@@ -168,7 +168,7 @@ impl<'a> Waves<'a> {
 
     /// The cosines at a place.
     fn waves(&self, p: [f64; 2]) -> impl Iterator<Item = f64> {
-        let turns = [0, 1].map(|k| (PI * (p[k] - self.low_m[k]) / self.side_m).cos());
+        let turns = [0, 1].map(|k| libm::cos(PI * (p[k] - self.low_m[k]) / self.side_m));
         let [x, y] = turns.map(cosines);
         self.modes.iter().map(move |&(j, k)| x[j] * y[k])
     }
@@ -179,7 +179,7 @@ impl<'a> Waves<'a> {
         let mut variances = vec![UNKNOWN; self.fields()];
         variances.extend(self.modes.iter().map(|&(j, k)| {
             let number = PI / side * to_f64(j * j + k * k).sqrt();
-            let wave = swell * length * length * (-0.5 * (length * number).powi(2)).exp();
+            let wave = swell * length * length * libm::exp(-0.5 * (length * number).powi(2));
             let both = if j > 0 && k > 0 { 4.0 } else { 2.0 };
             TAU * both / (side * side) * (wave + seams / number.powi(3))
         }));
@@ -189,7 +189,7 @@ impl<'a> Waves<'a> {
     /// The mean of all choices, each by its likelihood.
     fn averaged(&self, choices: &[Choice]) -> Option<Expected> {
         let best = choices.iter().map(|c| c.evidence).reduce(f64::max)?;
-        let weigh = |c: &Choice| (c.evidence - best).exp();
+        let weigh = |c: &Choice| libm::exp(c.evidence - best);
         let sum: f64 = choices.iter().map(weigh).sum();
         let mean = |value: &dyn Fn(&Choice) -> f64| {
             choices.iter().map(|c| weigh(c) * value(c)).sum::<f64>() / sum
@@ -210,7 +210,7 @@ impl<'a> Waves<'a> {
             },
             film: Film::sampled(self.low_m, self.side_m, height),
             u_mean_m: variance.sqrt(),
-            evidence: best + (sum / to_f64(choices.len())).ln(),
+            evidence: best + libm::log(sum / to_f64(choices.len())),
         })
     }
 }
@@ -245,11 +245,11 @@ impl Equations {
         let right = lower.solve_lower_triangular(&roots.component_mul(&self.right))?;
         let left = (self.squares - right.norm_squared()).max(self.squares * f64::EPSILON);
         let noise_m2 = (left / self.freedom).max(f64::MIN_POSITIVE);
-        let scatter: f64 = (0..size).map(|i| lower[(i, i)].ln()).sum();
+        let scatter: f64 = (0..size).map(|i| libm::log(lower[(i, i)])).sum();
         let amplitudes = roots.component_mul(&lower.tr_solve_lower_triangular(&right)?);
         let known = lower.solve_lower_triangular(&roots.component_mul(&self.under))?;
         Some(Choice {
-            evidence: -0.5 * self.freedom * noise_m2.ln() - scatter,
+            evidence: -0.5 * self.freedom * libm::log(noise_m2) - scatter,
             mean_m: amplitudes.dot(&self.under),
             variance_m2: noise_m2 * known.norm_squared(),
             amplitudes,

@@ -12,6 +12,7 @@ use super::walk::{Reach, SIGMAS};
 use crate::cancel::Polled;
 use crate::connectivity::components;
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
 use crate::piles::{AXES, EIGHT};
 use crate::robust::median;
@@ -177,7 +178,7 @@ impl<'a> Relief<'a> {
     }
 
     fn run_m(&self, (dx, dy): (isize, isize), steps: isize) -> f64 {
-        self.grid.cell_m * steps as f64 * (dx as f64).hypot(dy as f64)
+        self.grid.cell_m * steps as f64 * (dx as f64).hypotenuse(dy as f64)
     }
 
     /// Whether a cell lies higher than material could above the one so many steps away.

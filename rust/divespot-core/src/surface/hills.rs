@@ -9,6 +9,7 @@ use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::film::{Node, relax};
 use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
 use crate::material::{NEVER_STEEPER, STEEPEST_POURED};
 use crate::parallel::map_each;
 use crate::piles::{EIGHT, FOUR, NOBODY, beyond};
@@ -197,7 +198,7 @@ impl Relief<'_> {
             return false; // nearly everywhere, and much sooner known
         }
         let ([x, y], [u, v]) = (self.grid.center(from), self.grid.center(to));
-        rise > NEVER_STEEPER * (u - x).hypot(v - y) + SIGMAS * self.noise_m
+        rise > NEVER_STEEPER * (u - x).hypotenuse(v - y) + SIGMAS * self.noise_m
     }
 
     /// Whether a bank's face ends at a cell, for there the scan ends: nothing was poured so steep.

@@ -1,0 +1,175 @@
+"""What a scan is, before anything is measured: size, spacing, unit, system, classes, up, ground."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.directions import parse_up
+from divespot.errors import DivespotError
+from divespot.intake import cloud_of
+from divespot.io import UNITS, sample
+from divespot.lengths import by_flatness, by_survey, flatness
+from divespot.pose import find_pose
+from divespot.report import finite
+from divespot.settings import Settings
+from divespot.thinning import take_survey
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping
+
+    from divespot.directions import Position
+    from divespot.intake import Cloud
+    from divespot.io import Scan
+    from divespot.spacing import Survey
+    from divespot.up import UpFrom
+
+SCHEMA = "divespot.info/1"
+
+#: Points at random have this typical distance where there is one a square metre; a raster has 1.
+RANDOM_M = 1.1
+
+
+@dataclass(frozen=True)
+class Level:
+    """The plane of the ground that the points show, and what says which side of it is up.
+
+    As `divespot.report.Ground`: the normal is up, `share` the part of the points that lie on it.
+    """
+
+    normal: Position
+    up_from: UpFrom
+    tilt_deg: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Info:
+    """What `divespot.info` tells of a scan.
+
+    Attributes
+    ----------
+    points
+        All of them; `looked_at` of these were read. The counts of points that are not finite or
+        all zero, spacing, density, classes and ground are those of the points that were read.
+    low, high
+        Corners of the box around all points, in the scan's frame and unit.
+    spacing_m
+        Typical distance between neighbours, and from it the points a square metre of surface.
+    classes
+        Of a LAS file: how many points of each class were read.
+    scale_factor
+        As of `divespot.Source`.
+    sensor_m
+        Where the sensor stood, where that is known.
+    ground
+        None where none is found; then `warnings` say why.
+
+    """
+
+    path: str
+    format: str
+    size_bytes: int
+    points: int
+    looked_at: int
+    dropped_nonfinite: int
+    dropped_zero: int
+    low: Position
+    high: Position
+    spacing_m: float
+    density_per_m2: float
+    unit: str
+    unit_stated: bool
+    crs: str | None
+    scale_factor: float | None
+    projected: bool
+    classes: Mapping[int, int]
+    sensor_m: Position | None
+    ground: Level | None
+    warnings: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON has."""
+        plain: dict[str, Any] = finite(dataclasses.asdict(self))
+        return {"schema": SCHEMA, **plain}
+
+
+def info(path: str | os.PathLike[str], *, unit: str = "auto", up: str = "auto") -> Info:
+    """Look at a scan, in about a second whatever its size.
+
+    Of a LAS or LAZ file of more than a million points, stretches are read that are spread over the
+    file; other files are read as a whole.
+
+    Parameters
+    ----------
+    path
+    unit, up
+        As of `divespot.Settings`.
+
+    Raises
+    ------
+    DivespotError
+        The scan cannot be read, or too few points are left.
+
+    """
+    settings = Settings(unit=unit, up=up)
+    parse_up(settings.up)
+    scan = sample(path, unit=unit)
+    cloud = cloud_of(scan, settings)
+    survey, _ = take_survey(cloud.points, cloud.quantum_m, settings)
+    ground, doubts = _level(cloud, survey, settings)
+    low, high = _bounds(scan, cloud)
+    typical = 1.0 if survey.regular else RANDOM_M
+    source = cloud.source
+    return Info(
+        path=str(scan.path),
+        format=str(scan.format),
+        size_bytes=Path(str(scan.path)).stat().st_size,
+        points=scan.whole.points if scan.whole else len(scan.points),
+        looked_at=len(scan.points),
+        dropped_nonfinite=source.dropped_nonfinite,
+        dropped_zero=source.dropped_zero,
+        low=low,
+        high=high,
+        spacing_m=survey.spacing_m,
+        density_per_m2=(typical / survey.spacing_m) ** 2,
+        unit=source.unit,
+        unit_stated=scan.unit_stated,
+        crs=scan.crs,
+        scale_factor=source.scale_factor,
+        projected=scan.projected,
+        classes=dict(sorted(scan.whole.classes.items())) if scan.whole else {},
+        sensor_m=cloud.sensor_m,
+        ground=ground,
+        warnings=(*cloud.warnings, *doubts),
+    )
+
+
+def _level(
+    cloud: Cloud, survey: Survey, settings: Settings
+) -> tuple[Level | None, tuple[str, ...]]:
+    """Return the ground's plane, or why there is none."""
+    try:
+        resolved = by_survey(settings, survey, len(cloud.points))
+        flat = by_flatness(resolved, flatness(survey, resolved))
+        pose = find_pose(cloud.points, survey, cloud, flat)
+    except DivespotError as error:
+        return None, (str(error),)
+    share = pose.plane.inliers / len(cloud.points)
+    return Level(pose.plane.normal, pose.up_from, pose.tilt_deg, share), pose.warnings
+
+
+def _bounds(scan: Scan, cloud: Cloud) -> tuple[Position, Position]:
+    """Return the corners of the box around all points, in the scan's unit."""
+    if scan.whole:
+        ends = np.array([scan.whole.low, scan.whole.high])
+    else:
+        near = np.array([cloud.points.min(axis=0), cloud.points.max(axis=0)])
+        ends = (near * (cloud.scale, cloud.scale, 1.0) + cloud.origin_m) / UNITS[scan.unit]
+    (x, y, z), (x1, y1, z1) = ends.tolist()
+    return (x, y, z), (x1, y1, z1)

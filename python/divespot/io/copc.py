@@ -1,0 +1,85 @@
+"""COPC: of a LAZ file that is an octree, the points of a rectangle without reading the others."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+
+if TYPE_CHECKING:
+    from io import BytesIO
+
+    import laspy
+
+    from divespot.io.scan import FloatArray
+
+#: Times the file that its octree may be read: a page that holds itself is read without end.
+TIMES = 4
+
+
+def is_copc(header: laspy.LasHeader) -> bool:
+    """Return whether a file says that it is an octree."""
+    return bool(header.vlrs) and type(header.vlrs[0]).__name__ == "CopcInfoVlr"
+
+
+def points_in(
+    stream: BytesIO, header: laspy.LasHeader, plan: tuple[float, float, float, float]
+) -> Any | None:  # noqa: ANN401 - laspy ships no types
+    """Return the points of a rectangle x0, y0, x1, y1; None where the file lies beside it.
+
+    Raises
+    ------
+    DivespotError
+        The octree promises what the file does not hold.
+
+    """
+    from laspy import copc  # noqa: PLC0415 - as laspy itself
+
+    low: FloatArray = np.maximum(plan[:2], header.mins[:2])
+    high: FloatArray = np.minimum(plan[2:], header.maxs[:2])
+    if not (low < high).all():
+        return None
+    known = _chunks(stream, header)
+    source = _Limited(stream, TIMES * len(stream.getbuffer()))
+    stream.seek(0)
+    reader = copc.CopcReader(source, close_fd=False)
+    bounds = copc.Bounds(mins=low, maxs=high)
+    whole = bounds.ensure_3d(header.mins, header.maxs)
+    nodes = copc.load_octree_for_query(
+        source, reader.copc_info, reader.root_page, query_bounds=whole
+    )
+    held = [(node.offset, node.byte_size, node.point_count) for node in nodes if node.point_count]
+    if not known.issuperset(held) or len(set(held)) < len(held):
+        raise DivespotError("its octree and its chunk table disagree: it is corrupt")
+    return reader.query(bounds)
+
+
+def _chunks(stream: BytesIO, header: laspy.LasHeader) -> set[tuple[int, int, int]]:
+    """Return where each chunk begins, its bytes and its points, as its checked table has them."""
+    import lazrs  # noqa: PLC0415  (import divespot stays light)
+
+    vlr = lazrs.LazVlr(header.vlrs.get("LasZipVlr")[0].record_data)
+    begin: int = header.offset_to_point_data
+    stream.seek(begin)
+    table = lazrs.read_chunk_table(stream, vlr)
+    sizes = (size for _, size in table)
+    begins = itertools.accumulate(sizes, initial=begin + 8)
+    return {(at, size, count) for at, (count, size) in zip(begins, table, strict=False)}
+
+
+class _Limited:
+    """A stream of which not more than so many bytes are read."""
+
+    def __init__(self, stream: BytesIO, most: int) -> None:
+        self._stream, self._left = stream, most
+        self.seek, self.tell = stream.seek, stream.tell
+
+    def read(self, size: int = -1) -> bytes:
+        data = self._stream.read(size)
+        self._left -= len(data) + 1
+        if self._left < 0:
+            raise DivespotError("its octree goes in circles: it is corrupt")
+        return data

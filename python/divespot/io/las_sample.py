@@ -1,0 +1,109 @@
+"""What a LAS or LAZ file of any size shows in less than a second: its header and some stretches."""
+
+from __future__ import annotations
+
+import mmap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.io import las
+from divespot.io.files import require_regular
+from divespot.io.las_filter import LasFilter
+from divespot.io.scan import FloatArray, RawCloud, Whole
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    import laspy
+
+    from divespot.io.wanted import Wanted
+
+#: Up to so many points all are read; of more, so many stretches of so many points.
+MOST, STRETCHES, STRETCH = 1_000_000, 40, 5_000
+
+#: Bytes that no file has.
+ANY_SIZE = 1 << 62
+
+#: How a LAS file begins.
+SIGNATURE = b"LASF"
+
+
+def begins_as_las(file: Path) -> bool:
+    """Return whether a regular file, of whatever size, begins as a LAS file does."""
+    require_regular(file, ANY_SIZE)
+    with file.open("rb") as stream:
+        return stream.read(len(SIGNATURE)) == SIGNATURE
+
+
+def sample_las(file: Path, wanted: Wanted) -> RawCloud:
+    """Read some of a file's points, and what its header says of all of them.
+
+    Raises
+    ------
+    DivespotError
+        It is damaged, or none of the points is wanted.
+    OSError
+        It cannot be read.
+
+    """
+    with (
+        file.open("rb") as stream,
+        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data,
+    ):
+        las.check_header(data)
+        wanted_ones = LasFilter(wanted)
+        try:
+            with las.opened(stream) as reader:
+                header = reader.header
+                if header.are_points_compressed:
+                    at = stream.tell()
+                    las.check_chunks(data, stream, header)
+                    stream.seek(at)
+                parts = [las.kept(points, wanted_ones, header) for points in _some(reader)]
+                crs = las.read_crs(header)
+        except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
+            raise las.refused(err) from None
+    xyz: FloatArray = np.concatenate([np.empty((0, 3)), *parts])
+    warnings = (*crs.warnings, *wanted_ones.told(len(xyz)))
+    whole = Whole(
+        header.point_count, tuple(header.mins), tuple(header.maxs), wanted_ones.seen_classes
+    )
+    return RawCloud(
+        *(xyz, crs.unit, crs.vertical_unit, crs.text, warnings),
+        projected=crs.projected,
+        whole=whole,
+    )
+
+
+def _some(reader: laspy.LasReader) -> Iterator[Any]:
+    """Yield all points, or stretches that are spread over the file and begin with chunks."""
+    count = reader.header.point_count
+    if count <= MOST:
+        yield _stretch(reader, 0, count)
+        return
+    chunk = _chunk_size(reader)
+    for i in range(STRETCHES):
+        yield _stretch(reader, i * (count // STRETCHES) // chunk * chunk, STRETCH)
+
+
+def _chunk_size(reader: laspy.LasReader) -> int:
+    """Return how many points are compressed together: reading begins with the first of them."""
+    if not reader.header.are_points_compressed:
+        return 1
+    import lazrs  # noqa: PLC0415  (import divespot stays light)
+
+    vlr = lazrs.LazVlr(reader.header.vlrs.get("LasZipVlr")[0].record_data)
+    return 1 if vlr.uses_variable_size_chunks() else max(1, vlr.chunk_size())
+
+
+def _stretch(reader: laspy.LasReader, begin: int, count: int) -> Any:  # noqa: ANN401 - untyped
+    if not count:
+        return reader.read_points(0)
+    reader.seek(begin)
+    points = reader.read_points(count)
+    if len(points) < min(count, reader.header.point_count - begin):
+        raise DivespotError("it holds fewer points than its header promises: it is truncated")
+    return points

@@ -1,0 +1,60 @@
+"""Surface models as rasters: GeoTIFF and Erdas Imagine, through rasterio (the extra ``raster``)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.extras import extra
+from divespot.io.crs import Crs, crs_from_wkt
+from divespot.io.grid_points import points_of_grid
+from divespot.io.packed import require_size
+from divespot.io.scan import FloatArray, RawCloud
+from divespot.io.units import unit_named
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+def reader(driver: str) -> Callable[[bytes], RawCloud]:
+    """Return what reads the rasters of one of GDAL's drivers, and never those of another."""
+
+    def read(data: bytes) -> RawCloud:
+        rasterio = extra("rasterio", "raster", "a raster of heights needs rasterio")
+        try:
+            with rasterio.MemoryFile(data) as memory, memory.open(driver=driver) as source:
+                return _cells(source, len(data))
+        except (DivespotError, MemoryError):
+            raise
+        # rasterio lets through what GDAL raises, of a dozen kinds.
+        except Exception as err:  # noqa: BLE001
+            raise DivespotError(f"not a readable raster, truncated or corrupt ({err})") from None
+
+    return read
+
+
+def _cells(source: Any, size: int) -> RawCloud:  # noqa: ANN401 - rasterio ships no types
+    """Return the middle of each cell; a cell without data has no height."""
+    kind = np.dtype(source.dtypes[0])
+    if kind.kind not in "iuf" or kind.itemsize == 1:
+        raise DivespotError(f"it holds {source.count} bands of {kind}, a picture: need heights")
+    require_size(source.width * source.height * kind.itemsize, size)
+    if source.transform.is_identity:
+        raise DivespotError("it does not say where its cells lie: a georeferenced raster is needed")
+    crs = crs_from_wkt(source.crs.to_wkt()) if source.crs else Crs()
+    xyz = points_of_grid(_heights(source), tuple(source.transform)[:6])
+    told = (f"of its {source.count} bands the first was taken as heights",)
+    return RawCloud(
+        *(xyz, crs.unit, unit_named(source.units[0] or "") or crs.vertical_unit, crs.text),
+        warnings=(*crs.warnings, *(told if source.count > 1 else ())),
+        projected=True,
+    )
+
+
+def _heights(source: Any) -> FloatArray:  # noqa: ANN401
+    band = source.read(1, masked=True)
+    scale, offset = float(source.scales[0]), float(source.offsets[0])
+    heights: FloatArray = band.astype(np.float64).filled(np.nan)
+    return heights * scale + offset
