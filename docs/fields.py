@@ -114,6 +114,10 @@ def schema() -> Json:
     fields = {
         "schema": {"description": "Name and version of this contract.", "const": SCHEMA},
         "divespot": {"description": "Version of divespot.", "type": "string"},
+        "status": {
+            "description": "What became of the scan: `measured`, or `no_pile` if none was found.",
+            "enum": ["measured", "no_pile"],
+        },
         **body,
         "seed": {"description": "Seed of all random draws.", "type": "integer"},
     }

@@ -209,3 +209,14 @@ def test_bad_input_is_one_line(files: tuple[Path, Path], tmp_path: Path) -> None
     assert run(files[0])[0] == 2
     assert run(*files, "--show-unit", "pint")[0] == 2
     assert Path(files[1]).stat().st_size > 1000
+
+
+def test_both_surveys_are_corrected_for_the_scale_of_their_map() -> None:
+    pytest.importorskip("pyproj", reason="the extra crs is not installed")
+    at = np.array([1_000_000.0, 6_200_000.0, 0.0])
+    before, after = (points + at for points in scans())
+    found = divespot.compare(before, after, crs="EPSG:3395")  # Mercator, metres of the map
+    factor = found.sources[1].scale_factor or 0.0
+    assert factor > 1.4
+    truth = sum(TRUTHS) / factor**2
+    assert abs(found.net.volume_m3 - truth) < found.net.u95_m3

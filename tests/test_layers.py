@@ -8,16 +8,18 @@ from imports import Graph, circles, python_imports, rust_imports
 
 #: The package's layers, the lowest first: each imports from itself and from those before it.
 LAYERS = {
-    "words": "_native base_name directions errors extras log materials numbers progress selection",
+    "words": "_native base_name directions dot errors extras log materials numbers progress "
+    "selection",
     "checks": "_arguments output",
     "files": "io",
     "settings": "_options _typed stages settings mass",
     "kernels": "clustering grid kernels plane spacing",
     "stages": "sensor intake lengths thinning clusters filters up pose frame strays surface "
-    "ground_level earlier bases objects holes differences outline_checks outline_file rounding",
+    "ground_level earlier bases objects holes differences outline_checks outline_place "
+    "outline_features outline_file projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
-    "method": "pipeline comparing divespot",
+    "method": "info pipeline comparing divespot",
     "scenes": "simulate",
     "errors of known scans": "evaluate",
     "the paper's tables": "reproduce",

@@ -23,7 +23,7 @@ from divespot.cli import main
 from divespot.results.crs_name import crs_name
 from divespot.results.csv_rows import COLUMNS, NO_PILE, save_csv
 from divespot.results.outlines import save_outlines
-from divespot.results.show_units import VOLUMES, Shown
+from divespot.results.show_units import KG_PER_T, VOLUMES, Shown
 from divespot.simulate import scan
 
 if TYPE_CHECKING:
@@ -186,7 +186,8 @@ def test_the_table_is_in_the_unit_that_was_asked_for(unit: str, heaps: Path) -> 
     shown = Shown.of(report, unit)
     assert f"net {shown.header}" in table
     for title, item in (("pile 1", report.piles[0]), ("total", report.total)):
-        value = item.volume_m3 * shown.per_m3
+        mass_kg = item.mass_kg or 0.0
+        value = mass_kg / KG_PER_T if unit == "t" else item.volume_m3 * shown.per_m3
         (number,) = re.findall(rf"^{title} +([\d.]+) ±", table, re.MULTILINE)
         assert float(number) == pytest.approx(value, rel=0.01)
 

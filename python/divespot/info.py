@@ -116,6 +116,15 @@ def info(path: str | os.PathLike[str], *, unit: str = "auto", up: str = "auto") 
     DivespotError
         The scan cannot be read, or too few points are left.
 
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import io, simulate
+    >>> io.write("scan.ply", simulate.scan("shape-05", density=0.03).points)
+    >>> found = divespot.info("scan.ply")
+    >>> found.unit, found.points > 1000
+    ('m', True)
+
     """
     settings = Settings(unit=unit, up=up)
     parse_up(settings.up)

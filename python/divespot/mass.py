@@ -4,15 +4,30 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from divespot.materials import MATERIALS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from divespot.report import Pile
     from divespot.settings import Settings
+
+
+class Weighed(Protocol):
+    """What is known of a pile that is weighed."""
+
+    @property
+    def material(self) -> str | None:
+        """What it consists of."""
+
+    @property
+    def volume_m3(self) -> float:
+        """Its volume."""
+
+    @property
+    def budget(self) -> Any:  # noqa: ANN401 - the report's, which imports this module
+        """What its uncertainty consists of."""
 
 
 def mass_kg(
@@ -44,7 +59,7 @@ def density_of(material: str | None, settings: Settings) -> tuple[float, float] 
 
 
 def total_mass_kg(
-    piles: Sequence[Pile], common: Sequence[str], settings: Settings
+    piles: Sequence[Weighed], common: Sequence[str], settings: Settings
 ) -> tuple[float | None, float | None]:
     """Return the mass of all piles, and its standard uncertainty; None where one has none.
 

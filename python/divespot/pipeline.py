@@ -89,7 +89,7 @@ def measure(
     True
     >>> divespot.measure(scan.points, radus_m=0.1)
     Traceback (most recent call last):
-    divespot.errors.DivespotError: unknown setting 'radus_m': one of unit, columns, ... is needed
+    divespot.errors.DivespotError: unknown setting 'radus_m': one of unit, crs, ... is needed
 
     """
     if isinstance(settings, Mapping):

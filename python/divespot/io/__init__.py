@@ -114,6 +114,14 @@ def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
     """Read a scan, or some points of one that is large and can be sampled: LAS and LAZ.
 
     As `read` otherwise; `Scan.whole` says what the file says of all its points.
+
+    Examples
+    --------
+    >>> from divespot import io
+    >>> io.write("scan.xyz", [[0.0, 0.0, 1.0], [0.0, 1.0, 2.0]])
+    >>> len(io.sample("scan.xyz").points)
+    2
+
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)

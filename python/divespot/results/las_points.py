@@ -15,6 +15,7 @@ from divespot.io import UNITS, read
 from divespot.io.files import bytes_of
 from divespot.io.las import read_crs
 from divespot.io.packed import unpacked
+from divespot.io.systems import known_system
 from divespot.output import refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.pile_matching import labels
@@ -162,16 +163,23 @@ def _converted(kinds: _Kinds, *, compress: bool) -> bytes:
     header.offsets = np.floor(xyz.min(axis=0))
     if (np.ptp(xyz, axis=0) > STEP * (2**31 - 1)).any():
         raise DivespotError(f"LAS cannot span over {STEP * 2**31:.0f} units at {STEP:g}")
-    if "[" in (report.source.crs or ""):
+    if wkt := _wkt(report.source.crs):
         header.global_encoding.wkt = True
-        wkt = str(report.source.crs).encode() + b"\0"
-        header.vlrs.append(laspy.VLR("LASF_Projection", _WKT, "WKT", wkt))
+        header.vlrs.append(laspy.VLR("LASF_Projection", _WKT, "WKT", wkt.encode() + b"\0"))
     las = laspy.LasData(header)
     las.xyz = xyz
     las.classification, las["pile"] = kinds.of(points_m)
     held = BytesIO()
     las.write(held, do_compress=compress)
     return held.getvalue()
+
+
+def _wkt(crs: str | None) -> str | None:
+    """Return a reference system as WKT; None where it has none, or pyproj is missing."""
+    if crs is None or "[" in crs:
+        return crs
+    system = known_system(crs)
+    return None if system is None else str(system.to_wkt("WKT1_GDAL"))
 
 
 def _points_m(report: Report) -> NDArray[np.float64]:
