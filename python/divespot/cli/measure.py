@@ -69,12 +69,6 @@ Files: TypeAlias = tuple[str, ...]
     metavar="PATH.db",
     help="add to a history (SQLite), which `divespot history` lists and plots; --report shows it",
 )
-@click.option(
-    "--status",
-    is_flag=True,
-    help="print one line a scan instead of the table, for scripts: status=measured, no_pile, "
-    "no_ground, nothing_seen or bad_input, and what was measured",
-)
 @click.option("--site", default="", help="name of the place, for --report and --history")
 @click.option(
     "--append", is_flag=True, help="add to the files of --json and --csv, of one scan too"
@@ -84,6 +78,12 @@ Files: TypeAlias = tuple[str, ...]
     type=click.Choice(NAMES),
     help="unit of the table's volumes; t: tonnes, which need a density  [default: m3, or L of "
     "small piles]",
+)
+@click.option(
+    "--status",
+    is_flag=True,
+    help="print one line a scan instead of the table, for scripts: status=measured, no_pile, "
+    "no_ground, nothing_seen or bad_input, and what was measured",
 )
 @result_options
 @loudness_options
