@@ -17,11 +17,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from divespot import Budget, Ground, Pile, Report, Settings, Source, Stages, Total
+from divespot import Budget, Ground, Pile, Settings, Source, Stages, Total
 from divespot.cli.options import GROUPS
 from divespot.directions import Position
 from divespot.level import Level
-from divespot.report import SCHEMA
+from divespot.report import SCHEMA, Report
 from divespot.up import UpFrom
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -108,7 +108,7 @@ def _object(fields: Json) -> Json:
 
 def schema() -> Json:
     """Return the JSON Schema of the report."""
-    body = record_schema(Report, without=("level",))["properties"]
+    body = record_schema(Report, without=("scene",))["properties"]
     body["piles"] = body["piles"] | {"items": {"$ref": "#/$defs/Pile"}}
     body["other_objects"] = body["other_objects"] | {"items": {"$ref": "#/$defs/OtherObject"}}
     fields = {

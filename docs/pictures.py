@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 import divespot
 from divespot import simulate
 from divespot._native import hills
+from divespot.budget import Budget
 from divespot.filters import radius_filter
 from divespot.plot import AREA, INK, PILE
-from divespot.report import Budget
 from divespot.settings import given
 from divespot.simulate.hung import body
 from divespot.simulate.level import Level

@@ -83,6 +83,7 @@ SMALL_SCENE = simulate.Scene(
 
 #: Each public function with arguments that it takes.
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "compare": (divespot.compare, {"before": CONE, "after": CONE}),
     "fit_plane": (divespot.fit_plane, {"points": CONE, "threshold_m": 0.1}),
     "ground_height": (divespot.ground_height, {"heights_m": HEIGHTS, "bin_m": 0.01}),
     "hdbscan": (divespot.hdbscan, {"points": CONE[:99]}),
@@ -109,6 +110,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "io.write": (dio.write, {"path": "out.ply", "points": CONE}),
     "plot.figure": (plot.figure, {"report": REPORT}),
     "plot.save_picture": (plot.save_picture, {"report": REPORT, "path": "picture.png"}),
+    "plot.ground_figure": (plot.ground_figure, {"report": REPORT}),
+    "plot.save_ground_picture": (
+        plot.save_ground_picture,
+        {"report": REPORT, "path": "picture.png"},
+    ),
     "simulate.scan": (simulate.scan, {"scene": SMALL_SCENE, "density": 1.0}),
     "simulate.scene_named": (simulate.scene_named, {"name": "shape-05"}),
     "evaluate.evaluate": (evaluate.evaluate, {"scans": "list.csv"}),
@@ -126,12 +132,15 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "volume.slices": (volume.slices, {"points_m": BODY.points_m, "slice_m": 0.05}),
     "volume.tin": (volume.tin, {"points_m": BODY.points_m, "outline_m": BODY.outline_m}),
     "Report.to_json": (REPORT.to_json, {}),
+    "Report.from_json": (divespot.Report.from_json, {"text": "{}"}),
+    "Report.save": (REPORT.save, {"path": "report.csv"}),
 }
 
 #: The errors of a callback are its own; without a list, all scenes are measured; a truth is checked
 #: by `figure`, which draws without writing.
 NOT_TRIED = {
     ("plot.save_picture", "truth_m3"),
+    ("compare", "on_stage"),
     ("measure", "on_stage"),
     ("evaluate.evaluate", "on_round"),
     ("evaluate.evaluate", "scans"),

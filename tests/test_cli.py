@@ -383,6 +383,17 @@ def test_picture_of_a_scan(heap: Path, tmp_path: Path) -> None:
     assert_drawn(path)
 
 
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_pictures_by_their_ending(ending: str, heap: Path, tmp_path: Path) -> None:
+    plan, ground = tmp_path / f"a.{ending}", tmp_path / f"b.{ending}"
+    for _ in range(2):  # the second time over its own
+        options = ("--picture", plan, "--picture-ground", ground)
+        assert run("measure", heap, *options, "-q").exit_code == 0
+    for path in (plan, ground):
+        begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
+        assert path.read_bytes().startswith(begins)
+
+
 def assert_drawn(path: Path) -> None:
     """Check that a PNG shows a map: many colours, little of one alone."""
     from matplotlib.image import imread  # noqa: PLC0415 - an extra
@@ -441,6 +452,14 @@ def test_demo_compares_and_draws(tmp_path: Path) -> None:
     for stage in ("read", "radius filter", "pose", "volume", "all stages", "points per second"):
         assert re.search(rf"^{stage} +[\d,.]+", result.stdout, re.MULTILINE), stage
     assert_drawn(out / "shape-05.png")
+
+
+def test_demo_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["divespot.cli.demo"], "find_spec", lambda _name: None)
+    result = run("demo", "--out", tmp_path, "--shape", "shape-05", "--density", "0.03")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[-1].startswith("no picture: it needs matplotlib")
+    assert [path.name for path in tmp_path.iterdir()] == ["shape-05.ply"]
 
 
 def test_demo_without_a_folder(tmp_path: Path) -> None:

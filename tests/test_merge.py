@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,8 @@ import divespot
 from divespot import DivespotError
 from divespot import io as dio
 from divespot.cli import main
+from divespot.extras import is_installed
+from divespot.results.document import Document, Survey
 from io_samples import UTM, las
 from solids import SOLIDS, sampled
 
@@ -139,3 +142,20 @@ def test_a_file_of_several_that_cannot_be_read(tmp_path: Path) -> None:
         divespot.measure(paths)
     result = CliRunner().invoke(main, ["measure", *map(str, paths), "--merge"])
     assert (result.exit_code, result.stderr.count("\n")) == (1, 1)
+
+
+def test_results_are_of_all_files(tmp_path: Path) -> None:
+    paths = tiles(tmp_path)
+    out = tmp_path / "out.laz"
+    report = divespot.measure(paths)
+    report.save(out)
+    assert len(dio.read(out).points) == len(CONE)
+    if is_installed("pyproj"):  # which knows the system by its code
+        assert divespot.measure(out).total.volume_m3 == pytest.approx(
+            report.total.volume_m3, abs=report.total.u95_m3 / 10
+        )
+    told = [value for _, value in Document.of(report, Survey(), 1).provenance]
+    for path in paths:
+        assert hashlib.sha256(path.read_bytes()).hexdigest() == told[told.index(str(path)) + 1]
+    again = divespot.Report.from_json(report.to_json())
+    assert again == report

@@ -9,7 +9,8 @@ from typing import get_args
 
 import pytest
 
-from divespot.report import COMMON, Budget
+from divespot.budget import Budget
+from divespot.report import COMMON
 from divespot.up import UpFrom
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"

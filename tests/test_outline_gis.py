@@ -10,7 +10,12 @@ import pytest
 
 import divespot
 from divespot import MATERIALS, DivespotError, Report
+from divespot.cli.tables import report_table
 from divespot.io.systems import known_system, reprojected
+from divespot.results.csv_rows import rows_of
+from divespot.results.document import Document, Survey
+from divespot.results.outlines import collection
+from divespot.results.show_units import Shown
 from io_samples import las
 from solids import SOLIDS, sampled
 
@@ -167,6 +172,30 @@ def test_a_material_that_is_not_known_has_no_mass(tmp_path: Path, scan: Path) ->
     assert [pile.mass_kg is None for pile in report.piles].count(True) == 1
     assert report.total.mass_kg is None
     assert any("density of 'gravel-16/32' is not known" in w for w in report.warnings)
+
+
+def test_results_tell_each_pile_s_material(tmp_path: Path, scan: Path) -> None:
+    path = saved(tmp_path / "a.gpkg", *halves(), material=["wheat", "crushed stone"])
+    report = divespot.measure(scan, outline=path, material="corn")
+    materials = [pile.material for pile in report.piles]
+    assert set(materials) == {"wheat", "crushed-stone"}
+    assert [row["material"] for row in rows_of(report)] == materials
+    told = [feature["properties"]["material"] for feature in collection(report)["features"]]
+    assert told == materials
+    shown = Shown.of(report, "t")
+    for pile in report.piles:
+        assert shown.per_m3_of(pile) * pile.volume_m3 == pytest.approx((pile.mass_kg or 0) / 1e3)
+    assert "mass t" in next(report_table(report, "t").lines(120))
+
+
+def test_a_mass_that_is_not_known_is_told_as_none(tmp_path: Path, scan: Path) -> None:
+    path = saved(tmp_path / "a.gpkg", *halves(), material=["wheat", "gravel 16/32"])
+    report = divespot.measure(scan, outline=path)
+    cells = [cell.text for cell in Document.of(report, Survey(), 1).piles.total]
+    assert "-" in cells
+    assert "0 ± " not in "".join(report_table(report).lines(120))
+    with pytest.raises(DivespotError, match="needs a density"):
+        Shown.of(report, "t")
 
 
 def test_one_material_weighs_as_it_does_without_outlines(tmp_path: Path, scan: Path) -> None:

@@ -32,7 +32,10 @@ if TYPE_CHECKING:
 #: Options of `divespot measure` that write a file, with a name that suits.
 OUTPUTS = {
     "--json": "out.json",
+    "--csv": "out.csv",
     "--picture": "out.png",
+    "--picture-ground": "out.pdf",
+    "--las": "out.laz",
     "--save-base": "base.ply",
     "--save-outlines": "out.geojson",
 }
@@ -266,9 +269,9 @@ def test_the_picture_comes_last_and_alone_is_lost(
     result = run("measure", heap, *outputs)
     assert result.exit_code == 1
     assert "pile 1" in result.stdout
-    assert "out.png: cannot be drawn (IndexError" in result.stderr.splitlines()[-1]
+    assert "out.png: cannot be drawn (IndexError" in result.stderr
     assert sorted(p.name for p in tmp_path.glob("*o*")) == sorted(
-        ["out.json", "out.geojson"]
+        ["out.csv", "out.json", "out.geojson", "out.laz", "out.pdf"]
     )  # fmt: skip
     assert (tmp_path / "base.ply").exists()
 
@@ -279,7 +282,7 @@ def test_a_picture_of_an_object_without_outline(tmp_path: Path, heap: Path) -> N
     report = divespot.measure(heap)
     bare = tuple(dataclasses.replace(one, corners_m=()) for one in report.level.outlines)
     level = dataclasses.replace(report.level, outlines=bare)
-    save_picture(dataclasses.replace(report, level=level), tmp_path / "a.png")
+    save_picture(dataclasses.replace(report, scene=level), tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 1000
 
 

@@ -85,6 +85,12 @@ def test_a_file_and_a_line(paths: dict[str, Path], tmp_path: Path) -> None:
     assert json.loads((tmp_path / "report.json").read_text("utf-8"))["status"] == "measured"
 
 
+def test_quiet_leaves_the_line_alone(paths: dict[str, Path]) -> None:
+    result = run(paths["measured"], "--status", "--quiet")
+    assert result.stdout.startswith("status=measured piles=1 ")
+    assert not result.stderr
+
+
 def test_standard_output_is_for_one_of_both(paths: dict[str, Path]) -> None:
     result = run(paths["measured"], "--status", "--json", "-")
     assert result.exit_code == 2

@@ -1,7 +1,12 @@
 """The volume of each pile in a point cloud, with its uncertainty."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from divespot._native import __version__
+from divespot.budget import Budget
 from divespot.clustering import Clusters, hdbscan
+from divespot.doors import Report
 from divespot.errors import DivespotError
 from divespot.grid import HeightMap, Volume, height_map, integrate
 from divespot.info import Info, info
@@ -16,16 +21,28 @@ from divespot.kernels import (
 from divespot.materials import MATERIALS, Material
 from divespot.pipeline import measure
 from divespot.plane import Plane, fit_plane, rotation_to_z
-from divespot.report import Budget, Ground, Pile, Report, Total
-from divespot.save import save_base, save_outlines
+from divespot.report import Ground, Pile, Total
+from divespot.results.outlines import save_outlines
+from divespot.save import save_base
 from divespot.settings import Settings
 from divespot.spacing import Survey, point_spacing, survey
 from divespot.stages import Stages
+
+if TYPE_CHECKING:
+    from divespot.comparing import compare
+    from divespot.results.comparison import Comparison
+
+#: What is imported when it is first asked for.
+_LATER = {
+    "Comparison": "divespot.results.comparison",
+    "compare": "divespot.comparing",
+}
 
 __all__ = [
     "MATERIALS",
     "Budget",
     "Clusters",
+    "Comparison",
     "DivespotError",
     "Ground",
     "HeightHistogram",
@@ -42,6 +59,7 @@ __all__ = [
     "Total",
     "Volume",
     "__version__",
+    "compare",
     "fit_plane",
     "ground_height",
     "hdbscan",
@@ -58,3 +76,9 @@ __all__ = [
     "survey",
     "voxel_downsample",
 ]
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever has that name
+    if name in _LATER:
+        return getattr(import_module(_LATER[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

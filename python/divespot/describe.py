@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.budget import Budget
 from divespot.dot import dot
 from divespot.level import Outline
 from divespot.mass import density_of, mass_kg
 from divespot.pose import FLAT_SHARE
-from divespot.report import COVERAGE, Budget, Ground, Pile
+from divespot.report import COVERAGE, Ground, Pile
 
 if TYPE_CHECKING:
     from divespot import _native

@@ -42,7 +42,7 @@ BARE_SHARE = 0.9
 APART = 1.1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Earlier:
     """An earlier scan in the cloud's own coordinates, with what it says of itself."""
 
@@ -52,7 +52,7 @@ class Earlier:
     settings: Settings
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Seen:
     """An earlier scan in the level frame: on the scan's own grid, and what is off the surface."""
 

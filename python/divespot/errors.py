@@ -41,6 +41,11 @@ def printable(text: str) -> str:
     return "".join(char if char.isprintable() else "\N{REPLACEMENT CHARACTER}" for char in line)
 
 
+def encodable(text: str | None) -> str | None:
+    """Return text that UTF-8 can hold: names of files need be none."""
+    return None if text is None else text.encode("utf-8", "replace").decode()
+
+
 def shortened(text: str, most: int = LONGEST) -> str:
     """Return a text without its middle where it is longer than `most` characters."""
     if len(text) <= most:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from divespot.pose import Pose
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frame:
     """Where the level frame lies in the scan.
 

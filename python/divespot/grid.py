@@ -11,7 +11,7 @@ from divespot._arguments import as_floats, flags, number
 from divespot.errors import DivespotError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HeightMap:
     """One height a square cell, and what it rests on.
 

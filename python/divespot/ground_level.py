@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     Hills: TypeAlias = tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GroundLevel:
     """Height of the ground in the level frame and the spread of its cells.
 

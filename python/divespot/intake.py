@@ -94,7 +94,7 @@ class Source:
     scale_factor: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cloud:
     """Finite points in metres relative to `origin_m`, and where they came from.
 

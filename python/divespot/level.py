@@ -22,7 +22,7 @@ class Outline:
     reason: str | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Level:
     """The levelled scene, for pictures.
 

@@ -124,7 +124,7 @@ def _warn_of_dropped(
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measured:
     """Objects as the kernel knows them, and what they stand on.
 

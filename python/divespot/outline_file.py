@@ -1,4 +1,4 @@
-"""Outlines: what to measure inside of, and what was found as GeoJSON."""
+"""Outlines: what to measure inside of."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Outlines: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 PLAN_DEG = 45.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Region:
     """An area to measure inside of.
 

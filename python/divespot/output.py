@@ -19,10 +19,20 @@ if TYPE_CHECKING:
 
 #: How files begin that divespot has written.
 REPORT = re.compile(rb'\s*\{.{0,2000}?"schema": "divespot\.', re.DOTALL)
-PICTURE = re.compile(rb"\x89PNG.{0,2000}?divespot", re.DOTALL)
+PICTURE = re.compile(
+    rb"\x89PNG.{0,2000}?divespot|<\?xml.{0,2000}?divespot|%PDF-.*written by divespot\n\Z", re.DOTALL
+)
 OUTLINES = re.compile(rb'\s*\{\s*"type": "FeatureCollection",\s*"generator": "divespot"')
 POINTS = re.compile(rb"ply\n.{0,200}?comment written by divespot\n|LASF.{54}divespot", re.DOTALL)
-_HEAD_BYTES = 4096
+PAGE = re.compile(
+    rb"<!doctype html>\n<!-- written by divespot|%PDF-.*written by divespot\n\Z", re.DOTALL
+)
+#: The application id in the header of a SQLite file.
+HISTORY = re.compile(rb"SQLite format 3\0.{52}dvsp", re.DOTALL)
+DEM = re.compile(rb"(II\*\0|MM\0\*).*written by divespot", re.DOTALL)
+TABLE = re.compile(rb"time,scan,scan_unit,")
+#: Much of a file's beginning and end is looked at.
+_HEAD_BYTES, _TAIL_BYTES = 4096, 4096
 
 
 @contextmanager
@@ -109,9 +119,12 @@ def require_own(
             return
         with Path(path).open("rb") as stream:
             head = stream.read(_HEAD_BYTES)
+            size = stream.seek(0, os.SEEK_END)
+            stream.seek(max(size - _TAIL_BYTES, len(head)))
+            ends = head + stream.read()
     except (OSError, ValueError) as error:
         raise DivespotError(f"{path}: {what} cannot be written there ({error})") from None
-    if head and not kind.match(head):
+    if ends and not kind.match(ends):
         raise DivespotError(
             f"{path}: {what} would overwrite this file, which divespot did not write as such: "
             "give another name, or --force"

@@ -9,6 +9,7 @@ from divespot._arguments import require_kind
 from divespot.bases import find_bases, unknown, whole_base
 from divespot.describe import describe, doubts, ground_in_scan, outlines
 from divespot.differences import is_held_against, measure_differences
+from divespot.doors import Report
 from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
@@ -23,7 +24,7 @@ from divespot.objects import (
 )
 from divespot.outline_file import find_regions
 from divespot.progress import Progress
-from divespot.report import Report, Total
+from divespot.report import Total
 from divespot.rounding import Rounding
 from divespot.settings import Settings
 from divespot.strays import drop_strays
@@ -133,12 +134,12 @@ def measure(
         ground=ground_in_scan(pose, ground, cloud, len(points)),
         settings=s,
         timings_s=run.timings_s,
-        warnings=(
+        warnings=run.told(
             *cloud.warnings,
             *run.warnings,
             *pose.warnings,
             *unknown(base_m, measured.base_m),
             *doubts(piles, others, pose, len(points), s),
         ),
-        level=Level(grid, ground.height_m, outlines(measured), base_m, frame),
+        scene=Level(grid, ground.height_m, outlines(measured), base_m, frame),
     )

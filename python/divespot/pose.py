@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from divespot.up import UpFrom
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """How the ground lies in the scan.
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
+from divespot.log import log
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -27,8 +29,16 @@ class Progress:
         start = time.perf_counter()
         result = stage(*args, **kwargs)
         self.timings_s[name] = time.perf_counter() - start
+        log("INFO", f"{name}: {1e3 * self.timings_s[name]:.1f} ms")
         return result
 
     def warn(self, text: str) -> None:
         """Keep a warning for the report."""
         self.warnings.append(text)
+
+    @staticmethod
+    def told(*warnings: str) -> tuple[str, ...]:
+        """Log all warnings of a report and return them."""
+        for warning in warnings:
+            log("WARNING", warning)
+        return warnings

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 from divespot import _native
 from divespot._arguments import whole
 from divespot.base_name import BaseName
+from divespot.errors import DivespotError
 from divespot.mass import total_mass_kg
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from divespot.budget import Budget
     from divespot.directions import Position
     from divespot.errors import Status
     from divespot.intake import Source
@@ -33,45 +35,6 @@ COMMON = ("registration_m3", "base_m3", "scale_m3", "rounding_m3")
 
 #: Most blanks by which JSON is indented.
 MOST_INDENT = 100
-
-
-@dataclass(frozen=True)
-class Budget:
-    """Standard uncertainties of a volume, independent of each other (after the GUM).
-
-    Attributes
-    ----------
-    noise_m3
-        Noise of each cell's height, independent from cell to cell.
-    registration_m3
-        Noise that all of a pile's cells have in common: what fusing frames leaves.
-    base_m3
-        Height of the base.
-    footprint_m3
-        Where the pile ends.
-    filled_m3
-        Cells that were not seen.
-    grid_m3
-        Curvature within the cells.
-    scale_m3
-        Scale of the sensor.
-    rounding_m3
-        Coordinates rounded before they came here (see `divespot.rounding`).
-
-    """
-
-    noise_m3: float
-    registration_m3: float
-    base_m3: float
-    footprint_m3: float
-    filled_m3: float
-    grid_m3: float
-    scale_m3: float
-    rounding_m3: float = 0.0
-
-    def combined_m3(self) -> float:
-        """Return the root of the sum of squares."""
-        return math.hypot(*dataclasses.astuple(self))
 
 
 @dataclass(frozen=True)
@@ -212,9 +175,9 @@ class Ground:
     up_from: UpFrom
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
-    """The result of `divespot.measure`.
+    """The result of `divespot.measure`, without its ways out (see `divespot.doors`).
 
     Attributes
     ----------
@@ -234,8 +197,8 @@ class Report:
         Seconds that each stage took, in the order of the stages.
     warnings
         What a user should know before trusting the numbers, a sentence each.
-    level
-        The levelled scene, for pictures; not in the JSON.
+    scene
+        The levelled scene, for pictures; not in the JSON, so None in a report from there.
 
     """
 
@@ -247,7 +210,23 @@ class Report:
     settings: Settings
     timings_s: Mapping[str, float]
     warnings: tuple[str, ...]
-    level: Level = field(repr=False, compare=False)
+    scene: Level | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def level(self) -> Level:
+        """The levelled scene, for pictures.
+
+        Raises
+        ------
+        DivespotError
+            The report is from JSON, which holds none.
+
+        """
+        if self.scene is None:
+            raise DivespotError(
+                "this report was read from JSON, which holds no heights: measure the scan again"
+            )
+        return self.scene
 
     @property
     def inputs(self) -> tuple[str | None, ...]:

@@ -1,8 +1,7 @@
-"""Files of what was found, for later scans: the base in force, and the piles' outlines."""
+"""A file of the base in force, for later scans."""
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from divespot._arguments import require_kind
 from divespot.errors import DivespotError
 from divespot.io.write import write
-from divespot.output import refuse_inputs, write_text
+from divespot.output import refuse_inputs
 from divespot.report import Report
 
 if TYPE_CHECKING:
@@ -55,46 +54,3 @@ def save_base(report: Report, path: str | os.PathLike[str]) -> None:
     x, y = level.height_map.centers_m()
     places = np.stack([x, y, level.base_m], axis=-1)
     write(path, level.frame.to_scan(places[~np.isnan(level.base_m)]))
-
-
-def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
-    """Write the piles' outlines as GeoJSON, in the scan's own frame and unit.
-
-    Later scans may be measured inside of them: ``outline=path``.
-
-    Raises
-    ------
-    DivespotError
-        The file cannot be written.
-
-    Examples
-    --------
-    >>> import divespot
-    >>> from divespot import simulate
-    >>> scan = simulate.scan("shape-05", density=0.03)
-    >>> divespot.save_outlines(divespot.measure(scan.points), "piles.geojson")
-    >>> len(divespot.measure(scan.points, outline="piles.geojson").piles)
-    1
-
-    """
-    require_kind("report", report, Report)
-    features = [
-        {
-            "type": "Feature",
-            "properties": {
-                "name": pile.name,
-                "pile": pile.id,
-                "volume_m3": pile.volume_m3,
-                "u95_m3": pile.u95_m3,
-            },
-            "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
-        }
-        for pile in report.piles
-    ]
-    refuse_inputs(path, "the outlines", report.inputs)
-    collection = {"type": "FeatureCollection", "generator": "divespot", "features": features}
-    write_text(path, json.dumps(collection, indent=1) + "\n")
-
-
-def _closed(line: tuple[tuple[float, ...], ...]) -> list[list[float]]:
-    return [list(corner) for corner in (*line, *line[:1])]

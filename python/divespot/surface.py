@@ -41,7 +41,7 @@ MUCH = 0.1
 THINNED = 3.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """Levelled points, and where they belong.
 

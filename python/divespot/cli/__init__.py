@@ -8,9 +8,11 @@ from __future__ import annotations
 import click
 
 from divespot import __version__
+from divespot.cli.compare import compare
 from divespot.cli.demo import demo
 from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
+from divespot.cli.history import history
 from divespot.cli.info import info
 from divespot.cli.materials import materials
 from divespot.cli.measure import measure
@@ -21,10 +23,14 @@ __all__ = ["main"]
 
 
 @click.group(cls=Guarded, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="divespot", message="%(prog)s %(version)s")
+@click.version_option(
+    __version__, "-V", "--version", prog_name="divespot", message="%(prog)s %(version)s"
+)
 def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for command in (measure, info, simulate, demo, evaluate, reproduce, materials):
-    main.add_command(command)
+for of_scans in (measure, compare, history, info):
+    main.add_command(of_scans)
+for other in (simulate, demo, evaluate, reproduce, materials):
+    main.add_command(other)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from divespot.cli.failure import Failure
-from divespot.cli.measure import run, show, show_warnings
+from divespot.cli.measure import run
 from divespot.cli.options import simulation_options
 from divespot.cli.outputs import check_outputs
 from divespot.cli.screen import file_name
 from divespot.cli.simulate import simulated
+from divespot.cli.telling import show, show_warnings
 from divespot.output import PICTURE, POINTS
 
 if TYPE_CHECKING:
@@ -40,13 +42,12 @@ if TYPE_CHECKING:
 def demo(out: str, shape: str, seed: int, density: float) -> None:
     """Simulate a scan of known volume, measure it, and compare.
 
-    Prints truth against estimate and the time of each stage, and draws the height map with the
-    piles' outlines beside the height histogram.
+    Prints truth against estimate and the time of each stage, and draws the plan with the volume
+    on each pile, where matplotlib is installed.
     """
     from divespot.cli.table import show_table  # noqa: PLC0415 - as above
     from divespot.cli.tables import times_table  # noqa: PLC0415 - slow to import
     from divespot.io import write  # noqa: PLC0415 - slow to import
-    from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
     from divespot.settings import Settings  # noqa: PLC0415
 
     folder = _folder(out)
@@ -57,14 +58,24 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
     taken = simulated(shape, seed, density)
     write(scan, taken.points)
     report = run(scan, Settings(unit="m"))
-    save_picture(report, picture, truth_m3=taken.volume_m3)
+    drawn = _draw(report, picture, taken.volume_m3)
     show_warnings(report)
     show(report)
     click.echo()
     show_table(_comparison(report, taken.volumes_m3))
     click.echo()
     show_table(times_table(report.timings_s, report.source.points))
-    click.echo(f"\npicture: {file_name(picture)}")
+    click.echo(f"\n{drawn}")
+
+
+def _draw(report: Report, picture: Path, truth_m3: float) -> str:
+    """Draw the picture; return where it is, or what it needs."""
+    from divespot.plot import save_picture  # noqa: PLC0415 - slow to import
+
+    if find_spec("matplotlib") is None:
+        return "no picture: it needs matplotlib (pip install divespot[plot])"
+    save_picture(report, picture, truth_m3=truth_m3)
+    return f"picture: {file_name(picture)}"
 
 
 def _folder(out: str) -> Path:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
@@ -14,38 +13,34 @@ from divespot.cli.failure import Failure, said
 from divespot.cli.options import Grouped, chosen_settings, setting_options
 from divespot.cli.outputs import (
     STDOUT,
+    CsvRows,
     JsonLines,
     check_outputs,
     failed,
     force_option,
     write_json,
 )
-from divespot.cli.screen import file_name, progress_line, tell
+from divespot.cli.results import chosen_files, result_options
+from divespot.cli.screen import file_name, loudness_options, progress_line
+from divespot.cli.telling import show, show_failure, show_status, show_warnings
 from divespot.errors import DivespotError, printable
-from divespot.output import OUTLINES, PICTURE, POINTS, REPORT
+from divespot.output import HISTORY, REPORT, TABLE
 from divespot.report import finite
+from divespot.results.csv_rows import now
+from divespot.results.show_units import NAMES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
+    from divespot.cli.results import ResultFile
     from divespot.errors import Status
     from divespot.report import Report
+    from divespot.results.document import Survey
     from divespot.settings import Settings
 
-
-#: A scan, or several that are one survey.
-Survey = str | tuple[str, ...]
-
-#: Options that name files which belong to one scan.
-FILES = ("picture", "save_base", "save_outlines")
-
-
-def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
-    """Refuse a picture that is no PNG before anything is measured."""
-    if value is not None and not value.lower().endswith(".png"):
-        raise click.BadParameter(f"{value!r} does not end in .png")
-    return value
+#: Files that are one survey.
+Files: TypeAlias = tuple[str, ...]
 
 
 @click.command(cls=Grouped)
@@ -61,42 +56,44 @@ def png_only(_ctx: click.Context, _param: click.Parameter, value: str | None) ->
     "line each with its time (JSON Lines), also of those that cannot be measured",
 )
 @click.option(
+    "--csv",
+    "csv_file",
+    type=click.Path(),
+    metavar="PATH",
+    help="write a row a pile as CSV, with the time; one too of a scan without piles, or one that "
+    "cannot be measured",
+)
+@click.option(
+    "--history",
+    type=click.Path(),
+    metavar="PATH.db",
+    help="add to a history (SQLite), which `divespot history` lists and plots; --report shows it",
+)
+@click.option("--site", default="", help="name of the place, for --report and --history")
+@click.option(
+    "--append", is_flag=True, help="add to the files of --json and --csv, of one scan too"
+)
+@click.option(
+    "--show-unit",
+    type=click.Choice(NAMES),
+    help="unit of the table's volumes; t: tonnes, which need a density  [default: m3, or L of "
+    "small piles]",
+)
+@click.option(
     "--status",
     is_flag=True,
     help="print one line a scan instead of the table, for scripts: status=measured, no_pile, "
     "no_ground, nothing_seen or bad_input, and what was measured",
 )
-@click.option("--append", is_flag=True, help="add a line to the file of --json, of one scan too")
-@click.option(
-    "--picture",
-    type=click.Path(),
-    metavar="PATH.png",
-    callback=png_only,
-    help="draw the height map with outlines and the height histogram (one scan only)",
-)
-@click.option(
-    "--save-base",
-    type=click.Path(),
-    metavar="PATH",
-    help="write the base in force as .ply, .npy or .xyz, for --base surface=PATH (one scan only)",
-)
-@click.option(
-    "--save-outlines",
-    type=click.Path(),
-    metavar="PATH",
-    help="write the piles' outlines as GeoJSON, for --outline PATH (one scan only)",
-)
+@result_options
+@loudness_options
 @force_option
 @click.pass_context
-def measure(  # noqa: PLR0913, PLR0917 - one argument an option
+def measure(
     ctx: click.Context,
     /,
     scans: tuple[str, ...],
-    merge: bool,  # noqa: FBT001 - click's call
-    json_file: str | None,
-    append: bool,  # noqa: FBT001 - as above
-    force: bool,  # noqa: FBT001 - as above
-    **_others: Any,  # noqa: ANN401 - as many types as settings; read from the context
+    **_others: Any,  # noqa: ANN401 - as many types as options; read from the context
 ) -> None:
     """Measure every pile in each SCAN.
 
@@ -106,44 +103,50 @@ def measure(  # noqa: PLR0913, PLR0917 - one argument an option
     one is measured.
     """
     settings = chosen_settings(ctx)
-    files = {name: path for name in FILES if (path := ctx.params[name]) is not None}
-    surveys: list[Survey] = [scans if len(scans) > 1 else scans[0]] if merge else list(scans)
-    if len(surveys) > 1 and files:
-        option = "--" + next(iter(files)).replace("_", "-")
-        raise click.UsageError(
-            f"{option} needs one SCAN, {len(scans)} were given (or --merge them)", ctx
-        )
-    if append and json_file is None:
-        raise click.UsageError("--append needs --json", ctx)
-    if ctx.params["status"] and json_file == STDOUT:
-        raise click.UsageError("--status needs the standard output, which --json - takes", ctx)
-    _check(scans, settings, json_file, files, force=force)
-    lines = JsonLines(json_file, append=append) if json_file and (append or surveys[1:]) else None
-    output = Output(json_file, lines, files, show_status if ctx.params["status"] else show)
+    files = chosen_files(ctx.params)
+    surveys = [scans] if ctx.params["merge"] else [(scan,) for scan in scans]
+    _check_usage(ctx, settings, surveys, files)
+    _check(ctx.params, settings, files)
+    output = Output.of(ctx.params, surveys, files)
     good = [_measure_one(survey, settings, output) for survey in surveys]
     if not all(good):
         ctx.exit(1)
 
 
-def _check(
-    scans: tuple[str, ...],
+def _check_usage(
+    ctx: click.Context,
     settings: Settings,
-    json_file: str | None,
-    files: Mapping[str, str],
-    *,
-    force: bool,
+    surveys: Sequence[Files],
+    files: Mapping[ResultFile, str],
 ) -> None:
+    """Refuse options that do not go together."""
+    given = ctx.params
+    if len(surveys) > 1 and files:
+        option, count = next(iter(files)).flags[0], len(surveys)
+        raise click.UsageError(
+            f"{option} needs one SCAN, {count} were given (or --merge them)", ctx
+        )
+    if given["status"] and given["json_file"] == STDOUT:
+        raise click.UsageError("--status needs the standard output, which --json - takes", ctx)
+    if given["append"] and given["json_file"] is None and given["csv_file"] is None:
+        raise click.UsageError("--append needs --json or --csv", ctx)
+    sources = (settings.density_kg_m3, settings.material, settings.outline)
+    if given["show_unit"] == "t" and all(source is None for source in sources):
+        raise click.UsageError("--show-unit t needs --material or --density", ctx)
+
+
+def _check(given: Mapping[str, Any], settings: Settings, files: Mapping[ResultFile, str]) -> None:
     """Refuse outputs over what is read or is not our own."""
     outputs = {
-        "--json": (json_file, REPORT),
-        "--picture": (files.get("picture"), PICTURE),
-        "--save-base": (files.get("save_base"), POINTS),
-        "--save-outlines": (files.get("save_outlines"), OUTLINES),
+        "--json": (given["json_file"], REPORT),
+        "--csv": (given["csv_file"], TABLE),
+        "--history": (given["history"], HISTORY),
+        **{item.flags[0]: (path, item.own) for item, path in files.items()},
     }
     base = BaseName.parse(settings.base)
     outline = settings.outline if isinstance(settings.outline, str) else None
-    read = (*scans, outline, (base.path or None) if base else None)
-    check_outputs(outputs, read, force=force)
+    read = (*given["scans"], outline, (base.path or None) if base else None)
+    check_outputs(outputs, read, force=given["force"])
 
 
 @dataclass(frozen=True)
@@ -152,8 +155,28 @@ class Output:
 
     json_file: str | None
     lines: JsonLines | None
-    files: Mapping[str, str]
-    show: Callable[[Report], None]
+    rows: CsvRows | None
+    files: Mapping[ResultFile, str]
+    show_unit: str | None
+    status: bool
+    quiet: bool
+    history: str | None
+    site: str
+
+    @classmethod
+    def of(
+        cls,
+        given: Mapping[str, Any],
+        surveys: Sequence[Files],
+        files: Mapping[ResultFile, str],
+    ) -> Output:
+        """Return where the options say."""
+        json_file, csv_file, append = given["json_file"], given["csv_file"], given["append"]
+        several = append or surveys[1:]
+        lines = JsonLines(json_file, append=append) if json_file and several else None
+        rows = None if csv_file is None else CsvRows(csv_file, append=append)
+        plain = ("show_unit", "status", "quiet", "history", "site")
+        return cls(json_file, lines, rows, files, **{name: given[name] for name in plain})
 
     def write(self, report: Report) -> bool:
         """Write a report to all places that were asked for, pictures last.
@@ -165,27 +188,57 @@ class Output:
             steps.append(partial(self.lines.write, finite(report.to_dict())))
         elif self.json_file is not None:
             steps.append(partial(write_json, self.json_file, report.to_json()))
-        steps += [partial(_save, name, report, path) for name, path in self._ordered()]
-        if self.json_file != STDOUT:
-            steps.insert(len(steps) - ("picture" in self.files), partial(self.show, report))
-        failures = [error for step in steps if (error := _attempt(step)) is not None]
-        for error in failures:
-            if isinstance(error, BrokenPipeError):
-                raise error  # click ends quietly: nobody reads any more
-            Failure(said(error)).show()
-        return not failures
+        if self.rows is not None:
+            steps.append(partial(self.rows.write, report))
+        survey = self._survey()
+        if self.history is not None:
+            steps.append(partial(self._remember, report, survey))
+        drawn = sum(item.is_drawn for item in self.files)
+        steps += [partial(item.write, report, path, survey) for item, path in self.files.items()]
+        if (told := self._told(report)) is not None:
+            steps.insert(len(steps) - drawn, told)
+        return _all_done(steps)
+
+    def _told(self, report: Report) -> Callable[[], None] | None:
+        """Return what prints the report; the line that was asked for is printed in any case."""
+        if self.status:
+            return partial(show_status, report)
+        is_silent = self.quiet or self.json_file == STDOUT
+        return None if is_silent else partial(show, report, self.show_unit)
+
+    def _survey(self) -> Survey:
+        """Return what is known of the place, before this measurement is added."""
+        from divespot.results.document import Survey  # noqa: PLC0415 - slow to import
+        from divespot.results.history import past  # noqa: PLC0415 - as above
+
+        before = () if self.history is None else past(self.history, self.site)
+        return Survey(self.site or None, now(), before)
+
+    def _remember(self, report: Report, survey: Survey) -> None:
+        from divespot.results.history import add  # noqa: PLC0415 - slow to import
+
+        add(report, str(self.history), site=self.site, time=survey.date)
 
     def fail(self, scan: str, sentence: str, status: Status) -> None:
         """Write that a scan could not be measured."""
-        if self.show is show_status:
-            click.echo(_status_line(status, file_name(scan), error=_quoted(sentence)))
+        steps: list[Callable[[], None]] = []
+        if self.status:
+            steps.append(partial(show_failure, scan, sentence, status))
         if self.lines is not None:
-            error = _attempt(partial(self.lines.write, failed(scan, sentence, status)))
-            if error is not None:
-                Failure(said(error)).show()
+            steps.append(partial(self.lines.write, failed(scan, sentence, status)))
+        if self.rows is not None:
+            steps.append(partial(self.rows.fail, scan, sentence))
+        _all_done(steps)
 
-    def _ordered(self) -> list[tuple[str, str]]:
-        return sorted(self.files.items(), key=lambda item: item[0] == "picture")
+
+def _all_done(steps: Iterable[Callable[[], None]]) -> bool:
+    """Take every step, and tell of those that fail."""
+    failures = [error for step in steps if (error := _attempt(step)) is not None]
+    for error in failures:
+        if isinstance(error, BrokenPipeError):
+            raise error  # click ends quietly: nobody reads any more
+        Failure(said(error)).show()
+    return not failures
 
 
 def _attempt(step: Callable[[], None]) -> DivespotError | OSError | None:
@@ -197,44 +250,22 @@ def _attempt(step: Callable[[], None]) -> DivespotError | OSError | None:
     return None
 
 
-def _save(name: str, report: Report, path: str) -> None:
-    if name == "picture":
-        _draw(report, path)
-        return
-    from divespot import save_base, save_outlines  # noqa: PLC0415 - slow to import
-
-    save = save_base if name == "save_base" else save_outlines
-    save(report, path)
-
-
-def _draw(report: Report, path: str) -> None:
-    from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
-
-    try:
-        save_picture(report, path)
-    except DivespotError:
-        raise
-    # What matplotlib does not manage costs the picture alone.
-    except Exception as error:  # noqa: BLE001
-        raise DivespotError(f"{path}: cannot be drawn ({type(error).__name__}: {error})") from None
-
-
-def _measure_one(survey: Survey, settings: Settings, output: Output) -> bool:
+def _measure_one(survey: Files, settings: Settings, output: Output) -> bool:
     """Measure one scan, or several as one, and tell of it; return whether that worked."""
-    scans = (survey,) if isinstance(survey, str) else survey
     try:
-        report = run(survey, settings)
+        report = run(survey if survey[1:] else survey[0], settings)
     except (DivespotError, MemoryError) as error:
-        sentence = _named(scans, str(error) or "there is too little memory for this scan")
+        sentence = _named(survey, str(error) or "there is too little memory for this scan")
         Failure(sentence).show()
         status: Status = error.status if isinstance(error, DivespotError) else "bad_input"
-        output.fail(scans[0], sentence, status)
+        output.fail(survey[0], sentence, status)
         return False
-    show_warnings(report)
+    if not output.quiet:
+        show_warnings(report)
     return output.write(report)
 
 
-def run(survey: Survey | Path, settings: Settings) -> Report:
+def run(survey: Files | str | Path, settings: Settings) -> Report:
     """Measure a file, or several as one, with a progress line."""
     from divespot.pipeline import measure as pipeline  # noqa: PLC0415 - slow to import
 
@@ -244,54 +275,6 @@ def run(survey: Survey | Path, settings: Settings) -> Report:
         return pipeline(survey, settings, on_stage=on_stage)
 
 
-def show(report: Report) -> None:
-    """Print a report for people."""
-    from divespot.cli.table import show_table  # noqa: PLC0415 - as below
-    from divespot.cli.tables import bases_table, report_table  # noqa: PLC0415 - slow to import
-
-    seconds = sum(report.timings_s.values())
-    click.echo(f"{_file_name(report)}: {report.source.points:,} points in {seconds:.2f} s\n")
-    if report.piles or report.other_objects:
-        show_table(report_table(report))
-        if report.settings.compare_bases and report.piles:
-            click.echo()
-            show_table(bases_table(report))
-    else:
-        click.echo("  no object stands on the ground\n")
-
-
-def show_status(report: Report) -> None:
-    """Print a report as one line of words for a script; the first tells what became of the scan."""
-    total = report.total
-    figures = {
-        "piles": str(len(report.piles)),
-        "volume_m3": f"{total.volume_m3:.6g}",
-        "u95_m3": f"{total.u95_m3:.2g}",
-    }
-    click.echo(_status_line(report.status, _file_name(report), **figures))
-
-
-def _status_line(status: Status, scan: str, **figures: str) -> str:
-    words = {"status": status, **figures, "scan": _quoted(scan)}
-    return " ".join(f"{name}={value}" for name, value in words.items())
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
-
-
-def show_warnings(report: Report) -> None:
-    """Print what a user should know before trusting the numbers, on stderr."""
-    for warning in report.warnings:
-        tell(f"divespot: {_file_name(report)}: warning: {printable(warning)}")
-
-
-def _file_name(report: Report) -> str:
-    name = file_name(report.source.path or "points")
-    more = len(report.source.files) - 1
-    return f"{name} and {more} more" if more > 0 else name
-
-
-def _named(scans: tuple[str, ...], sentence: str) -> str:
-    names = [file_name(scan) for scan in scans]
-    return sentence if sentence.startswith(tuple(names)) else f"{names[0]}: {sentence}"
+def _named(survey: Files, sentence: str) -> str:
+    names = tuple(map(file_name, survey))
+    return sentence if sentence.startswith(names) else f"{names[0]}: {sentence}"

@@ -5,19 +5,20 @@ from __future__ import annotations
 import json
 import os
 import sys
-from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from divespot.errors import DivespotError
 from divespot.output import append_line, refuse_inputs, require_own, write_text
+from divespot.results.csv_rows import failed_row, now, rows_of, write_rows
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Iterable, Mapping
 
     from divespot.errors import Status
+    from divespot.report import Report
 
 ERROR_SCHEMA = "divespot.error/1"
 
@@ -69,8 +70,7 @@ class JsonLines:
 
     def write(self, value: Mapping[str, Any]) -> None:
         """Write what belongs on a line, with the time before it."""
-        now = datetime.now(timezone.utc).isoformat(timespec="seconds")
-        line = json.dumps({"time": now, **value}, allow_nan=False) + "\n"
+        line = json.dumps({"time": now(), **value}, allow_nan=False) + "\n"
         if self._path == STDOUT:
             _print(line)
         elif self._append:
@@ -78,6 +78,26 @@ class JsonLines:
         else:
             write_text(self._path, line)
             self._append = True
+
+
+class CsvRows:
+    """Rows of a CSV file; the first takes the place of what was there, unless it is added to."""
+
+    def __init__(self, path: str, *, append: bool) -> None:
+        self._path = path
+        self._append = append
+
+    def write(self, report: Report) -> None:
+        """Write a row for each pile."""
+        self._write(rows_of(report))
+
+    def fail(self, scan: str, sentence: str) -> None:
+        """Write that a scan could not be measured."""
+        self._write([failed_row(scan, sentence)])
+
+    def _write(self, rows: list[dict[str, Any]]) -> None:
+        write_rows(self._path, rows, append=self._append)
+        self._append = True
 
 
 def write_json(path: str, text: str) -> None:

@@ -6,16 +6,18 @@ import shutil
 import sys
 import threading
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from divespot.errors import printable
+from divespot.log import NAME
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable, Iterator
 
+F = TypeVar("F", bound="Callable[..., Any]")
 
 #: What takes no longer needs no progress line.
 PATIENCE_S = 1.0
@@ -30,6 +32,34 @@ def tell(line: str) -> None:
     """Print a line on stderr; where nobody can read it, go on without."""
     with suppress(OSError, ValueError):
         click.echo(line, err=True)
+
+
+def loudness_options(command: F) -> F:
+    """Add ``--verbose``, which logs on stderr, and ``--quiet``, which the command reads."""
+    verbose = click.option(
+        *("-v", "--verbose"),
+        is_flag=True,
+        expose_value=False,
+        callback=_log,
+        help="tell each stage with its time on stderr",
+    )
+    quiet = click.option(
+        *("-q", "--quiet"), is_flag=True, help="print errors alone: no table, no warnings"
+    )
+    return verbose(quiet(command))
+
+
+def _log(_ctx: click.Context, _param: click.Parameter, value: bool) -> None:  # noqa: FBT001 - click's call
+    if not value:
+        return
+    import logging  # noqa: PLC0415 - for those who want it
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("divespot: %(message)s"))
+    handler.addFilter(lambda record: record.levelno < logging.WARNING)  # those are printed anyway
+    logger = logging.getLogger(NAME)
+    logger.handlers = [handler]
+    logger.setLevel(logging.INFO)
 
 
 @contextmanager

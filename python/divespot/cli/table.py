@@ -15,8 +15,11 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: Blanks between two columns.
+#: Blanks between two columns, unless there are many.
 GAP = 3
+
+#: Columns of text that goes into a file or a pipe, where no line is too long.
+FILE_COLUMNS = 120
 
 #: Characters that a column of text has, however narrow the terminal is.
 NARROWEST = 16
@@ -38,11 +41,14 @@ class Table:
         One for each column, of one line or more.
     text
         Whether the last column is text.
+    gap
+        Blanks between two columns.
 
     """
 
     names: tuple[str, ...]
     text: bool = False
+    gap: int = GAP
     _rows: list[_Row | None] = field(default_factory=list)
 
     def add_row(self, *cells: str, style: str = "") -> None:
@@ -62,7 +68,7 @@ class Table:
         """Yield the lines, of `most` characters where that suffices for the numbers."""
         widths = self._widths(most)
         yield from self._wrapped(_Row(self.names, "bold"), widths)
-        yield "─" * (sum(widths) + GAP * (len(widths) - 1))
+        yield "─" * (sum(widths) + self.gap * (len(widths) - 1))
         for row in self._without_ends():
             yield from [""] if row is None else self._wrapped(row, widths)
 
@@ -70,7 +76,7 @@ class Table:
         rows = [self.names, *(row.cells for row in self._rows if row is not None)]
         widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
         if self.text:
-            left = most - sum(widths[:-1]) - GAP * (len(widths) - 1)
+            left = most - sum(widths[:-1]) - self.gap * (len(widths) - 1)
             widths[-1] = min(widths[-1], max(left, NARROWEST))
         return widths
 
@@ -97,14 +103,14 @@ class Table:
             _padded(part, width, at_left=at in lefts)
             for at, (part, width) in enumerate(zip(parts, widths, strict=True))
         )
-        return (" " * GAP).join(padded).rstrip()
+        return (" " * self.gap).join(padded).rstrip()
 
 
 def show_table(table: Table) -> None:
-    """Print a table as wide as the terminal, or as 80 characters."""
+    """Print a table as wide as the terminal, or as `FILE_COLUMNS` where there is none."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every terminal knows a ±
-    for line in table.lines(shutil.get_terminal_size().columns):
+    for line in table.lines(shutil.get_terminal_size((FILE_COLUMNS, 0)).columns):
         click.echo(line)
 
 

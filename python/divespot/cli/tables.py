@@ -5,42 +5,57 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from divespot.cli.table import Table
-from divespot.errors import printable, shortened
 from divespot.numbers import rounded, volume_unit, with_uncertainty
+from divespot.results.show_units import Shown
+from divespot.results.telling import title
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from divespot.report import Pile, Report, Total
 
 
-def report_table(report: Report) -> Table:
-    """Return a row for each pile, their total, and a row for each other object."""
+def report_table(report: Report, unit: str | None = None) -> Table:
+    """Return a row for each pile, their total, and a row for each other object.
+
+    The volume is the net of cut (above the base) and fill (below it).
+    """
     items = (*report.piles, *report.other_objects)
-    unit, per_m3 = volume_unit(max((abs(item.volume_m3) for item in items), default=1.0))
-    weighed = any(item.mass_kg is not None for item in items)
+    shown = Shown.of(report, unit)
+    weighed = not shown.as_mass and any(item.mass_kg is not None for item in items)
     mass = ["mass kg"] if weighed else []
-    numbers = (f"volume {unit}", "footprint\nm²", "height\nm", "seen", *mass)
-    table = Table(("", *numbers, "remarks"), text=True)
+    sizes = ("cut", "fill", "area\nm²", "height\nm", "seen", *mass)
+    table = Table(("", f"net {shown.header}", *sizes, "remarks"), text=True, gap=2)
     for pile in report.piles:
-        table.add_row(_title(pile), *_cells(pile, per_m3, weighed=weighed))
+        table.add_row(title(pile), *_cells(pile, shown, weighed=weighed))
     if len(report.piles) > 1:
         mass = [_mass(report.total)] if weighed else []
-        cells = (_volume(report.total, per_m3), "", "", "", *mass, "")
+        parts = _parts(report.piles, report.total.u95_m3, shown)
+        cells = [shown.measured(report.total), *parts, "", "", "", *mass, ""]
         table.add_row("total", *cells, style="bold")
     table.add_section()
     for item in report.other_objects:
-        table.add_row(f"other {item.id}", *_cells(item, per_m3, weighed=weighed), style="dim")
+        table.add_row(f"other {item.id}", *_cells(item, shown, weighed=weighed), style="dim")
     return table
+
+
+def _parts(piles: Sequence[Pile], u95_m3: float, shown: Shown) -> tuple[str, str]:
+    """Return cut and fill with the digits that their uncertainty leaves."""
+    cut, fill = (
+        sum(shown.per_m3_of(pile) * getattr(pile, name) for pile in piles)
+        for name in ("cut_m3", "fill_m3")
+    )
+    u95 = u95_m3 * max(shown.per_m3_of(pile) for pile in piles)
+    return shown.number(cut, u95), shown.number(fill, u95)
 
 
 def bases_table(report: Report) -> Table:
     """Return each pile's volume above every base that was compared."""
     unit, per_m3 = volume_unit(max(pile.volume_m3 for pile in report.piles))
-    compared = [(_title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
+    compared = [(title(pile), pile.volume_by_base_m3 or {}) for pile in report.piles]
     table = Table((f"volume {unit} by base", *compared[0][1]))
-    for title, volumes in compared:
-        table.add_row(title, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
+    for name, volumes in compared:
+        table.add_row(name, *(rounded(per_m3 * volume, 4) for volume in volumes.values()))
     return table
 
 
@@ -56,9 +71,10 @@ def times_table(timings_s: Mapping[str, float], points: int) -> Table:
     return table
 
 
-def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
+def _cells(item: Pile, shown: Shown, *, weighed: bool) -> list[str]:
     cells = [
-        _volume(item, per_m3),
+        shown.measured(item),
+        *_parts([item], item.u95_m3, shown),
         rounded(item.footprint_m2),
         rounded(item.max_height_m),
         f"{item.seen_fraction:.0%}",
@@ -70,13 +86,5 @@ def _cells(item: Pile, per_m3: float, *, weighed: bool) -> list[str]:
     return [*cells, ", ".join(filter(None, (item.reason, runs_out, leans)))]
 
 
-def _title(pile: Pile) -> str:
-    return f"pile {pile.id}" + (f" ({shortened(printable(pile.name), 40)})" if pile.name else "")
-
-
 def _mass(item: Pile | Total) -> str:
-    return with_uncertainty(item.mass_kg or 0.0, item.u95_mass_kg or 0.0)
-
-
-def _volume(item: Pile | Total, per_m3: float) -> str:
-    return with_uncertainty(per_m3 * item.volume_m3, per_m3 * item.u95_m3)
+    return "-" if item.mass_kg is None else with_uncertainty(item.mass_kg, item.u95_mass_kg or 0.0)

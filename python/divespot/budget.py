@@ -1,0 +1,46 @@
+"""What the uncertainty of a volume consists of."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Standard uncertainties of a volume, independent of each other (after the GUM).
+
+    Attributes
+    ----------
+    noise_m3
+        Noise of each cell's height, independent from cell to cell.
+    registration_m3
+        Noise that all of a pile's cells have in common: what fusing frames leaves.
+    base_m3
+        Height of the base.
+    footprint_m3
+        Where the pile ends.
+    filled_m3
+        Cells that were not seen.
+    grid_m3
+        Curvature within the cells.
+    scale_m3
+        Scale of the sensor.
+    rounding_m3
+        Coordinates rounded before they came here (see `divespot.rounding`).
+
+    """
+
+    noise_m3: float
+    registration_m3: float
+    base_m3: float
+    footprint_m3: float
+    filled_m3: float
+    grid_m3: float
+    scale_m3: float
+    rounding_m3: float = 0.0
+
+    def combined_m3(self) -> float:
+        """Return the root of the sum of squares."""
+        return math.hypot(*dataclasses.astuple(self))

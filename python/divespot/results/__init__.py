@@ -1,0 +1,1 @@
+"""Results as users want them: tables, outlines, reports, pictures, history, comparisons."""

@@ -1,0 +1,75 @@
+"""The piles' outlines as GeoJSON, with what was measured of each."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from divespot._arguments import require_kind
+from divespot.output import refuse_inputs, write_text
+from divespot.report import Report, finite
+from divespot.results.crs_name import crs_name, epsg
+
+if TYPE_CHECKING:
+    import os
+
+    from divespot.directions import Position
+    from divespot.report import Pile
+
+#: What of a pile is no attribute of its outline.
+_ELSEWHERE = ("id", "outline_m", "centroid_m", "budget", "volume_by_base_m3", "reason")
+
+
+def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
+    """Write the piles' outlines as GeoJSON, in the scan's own frame and unit.
+
+    Each has the pile's figures as attributes. The scan's system is named where it has an EPSG code,
+    as GeoJSON did before RFC 7946 and as GIS read it. Later scans may be measured inside the
+    outlines: ``outline=path``.
+
+    Raises
+    ------
+    DivespotError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import divespot
+    >>> from divespot import simulate
+    >>> scan = simulate.scan("shape-05", density=0.03)
+    >>> divespot.save_outlines(divespot.measure(scan.points), "piles.geojson")
+    >>> len(divespot.measure(scan.points, outline="piles.geojson").piles)
+    1
+
+    """
+    require_kind("report", report, Report)
+    refuse_inputs(path, "the outlines", report.inputs)
+    write_text(path, json.dumps(finite(collection(report)), indent=1, allow_nan=False) + "\n")
+
+
+def collection(report: Report) -> dict[str, Any]:
+    """Return the outlines as a GeoJSON FeatureCollection."""
+    code = epsg(report.source.crs)
+    named = {"name": f"urn:ogc:def:crs:EPSG::{code}"}
+    return {
+        "type": "FeatureCollection",
+        "generator": "divespot",
+        **({} if code is None else {"crs": {"type": "name", "properties": named}}),
+        "scan": report.source.path,
+        "scan_unit": report.source.unit,
+        "scan_crs": crs_name(report.source.crs),
+        "features": [_feature(pile) for pile in report.piles if pile.outline_m],
+    }
+
+
+def _feature(pile: Pile) -> dict[str, Any]:
+    own = {name: value for name, value in vars(pile).items() if name not in _ELSEWHERE}
+    return {
+        "type": "Feature",
+        "properties": {"pile": pile.id, **own},
+        "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
+    }
+
+
+def _closed(line: tuple[Position, ...]) -> list[list[float]]:
+    return [list(corner) for corner in (*line, *line[:1])]

@@ -1,0 +1,75 @@
+"""Which pile of one survey is which of another: those that lie on each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot import _native
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from divespot.frame import Frame
+    from divespot.level import Level
+    from divespot.report import Pile
+
+#: Piles that share less than this part of the smaller one's area are neighbours.
+SHARED = 0.2
+
+
+def labels(piles: Sequence[Pile], frame: Frame, level: Level) -> NDArray[np.int64]:
+    """Return the number of the pile over each cell of a level frame's map, 0 for none.
+
+    `frame` is that of the map; the outlines are in the scan's own frame and unit.
+    """
+    x, y = level.height_map.centers_m()
+    at = np.stack([x.ravel(), y.ravel()], axis=-1)
+    found = np.zeros(len(at), dtype=np.int64)
+    for pile in piles:
+        if pile.outline_m:
+            line = frame.to_level(np.array(pile.outline_m))[:, :2]
+            near = np.flatnonzero(((at >= line.min(axis=0)) & (at <= line.max(axis=0))).all(axis=1))
+            found[near[_native.inside([line], at[near])]] = pile.id
+    return found.reshape(x.shape)
+
+
+def matched(
+    before: NDArray[np.int64], after: NDArray[np.int64], counts: tuple[int, int]
+) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+    """Return groups of piles that lie on each other: numbers before, and numbers after.
+
+    A pile that was parted, or piles that grew together, are one group; the largest of the later
+    survey come first, then those that are gone.
+    """
+    shared = np.zeros((counts[0] + 1, counts[1] + 1), dtype=np.int64)
+    np.add.at(shared, (before.ravel(), after.ravel()), 1)
+    smaller = np.minimum.outer(shared.sum(axis=1), shared.sum(axis=0))
+    joined = shared >= np.maximum(SHARED * smaller, 1.0)
+    joined[0, :] = joined[:, 0] = False
+    groups = []
+    left = set(range(1, counts[0] + 1))
+    done: set[int] = set()
+    for number in range(1, counts[1] + 1):
+        if number in done:
+            continue
+        ours, theirs = _group(joined, number)
+        groups.append((tuple(sorted(theirs)), tuple(sorted(ours))))
+        done |= ours
+        left -= theirs
+    return [*groups, *(((number,), ()) for number in sorted(left))]
+
+
+def _group(joined: NDArray[np.bool_], number: int) -> tuple[set[int], set[int]]:
+    """Return all that hangs together with a pile of the later survey."""
+    ours, theirs, waiting = {number}, set[int](), [number]
+    while waiting:
+        for one in np.flatnonzero(joined[:, waiting.pop()]).tolist():
+            theirs.add(one)
+            new = set(np.flatnonzero(joined[one]).tolist()) - ours
+            ours |= new
+            waiting.extend(new)
+    return ours, theirs

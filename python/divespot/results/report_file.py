@@ -1,0 +1,42 @@
+"""A report page in a file: HTML or PDF, as its name ends."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from divespot._arguments import require_kind
+from divespot.errors import DivespotError
+from divespot.output import refuse_inputs, whole
+from divespot.report import Report
+from divespot.results.html_report import html_report
+from divespot.results.pdf_report import pdf_report
+
+if TYPE_CHECKING:
+    import os
+
+    from divespot.results.document import Survey
+
+ENDINGS = (".html", ".pdf")
+
+
+def save_report(report: Report, path: str | os.PathLike[str], survey: Survey | None = None) -> None:
+    """Write a page to be read and signed.
+
+    Raises
+    ------
+    DivespotError
+        Another ending, the extra ``report`` is not installed, or the file cannot be written.
+
+    """
+    require_kind("report", report, Report)
+    refuse_inputs(path, "the report", report.inputs)
+    ending = PurePath(path).suffix.lower()
+    if ending not in ENDINGS:
+        raise DivespotError(f"{path}: a report page is one of {', '.join(ENDINGS)}")
+    if ending == ".pdf":
+        page = pdf_report(report, survey)
+    else:
+        page = html_report(report, survey).encode("utf-8", "replace")
+    with whole(path) as stream:
+        stream.write(page)

@@ -1,0 +1,64 @@
+"""A report into a file, as the ending of its name says."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+from typing import TYPE_CHECKING, TypeAlias
+
+from divespot.errors import DivespotError
+from divespot.output import (
+    DEM,
+    OUTLINES,
+    PAGE,
+    PICTURE,
+    POINTS,
+    REPORT,
+    TABLE,
+    refuse_inputs,
+    require_own,
+    write_text,
+)
+from divespot.plot import save_picture
+from divespot.results.csv_rows import save_csv
+from divespot.results.dem import save_dem
+from divespot.results.las_points import save_las
+from divespot.results.mesh import save_mesh
+from divespot.results.outlines import save_outlines
+from divespot.results.report_file import ENDINGS, save_report
+
+if TYPE_CHECKING:
+    import os
+    import re
+    from collections.abc import Callable
+
+    from divespot.report import Report
+
+    Path: TypeAlias = str | os.PathLike[str]
+
+
+def save(report: Report, path: Path, *, force: bool = False) -> None:
+    """Write a report, never over what was read, nor unless forced over what is not our own."""
+    ending = PurePath(path).suffix.lower()
+    if ending not in WRITERS:
+        raise DivespotError(f"{path}: a report is saved as one of {', '.join(WRITERS)}")
+    own, write = WRITERS[ending]
+    refuse_inputs(path, "the report", report.inputs)
+    require_own(path, own, "the report", force=force)
+    write(report, path)
+
+
+def _json(report: Report, path: Path) -> None:
+    write_text(path, report.to_json() + "\n")
+
+
+#: By ending: how files begin that divespot wrote, and what writes them.
+WRITERS: dict[str, tuple[re.Pattern[bytes], Callable[[Report, Path], None]]] = {
+    ".json": (REPORT, _json),
+    ".csv": (TABLE, save_csv),
+    ".geojson": (OUTLINES, save_outlines),
+    **dict.fromkeys((".las", ".laz"), (POINTS, save_las)),
+    ".ply": (POINTS, save_mesh),
+    **dict.fromkeys((".tif", ".tiff"), (DEM, save_dem)),
+    **dict.fromkeys((".png", ".svg"), (PICTURE, save_picture)),
+    **dict.fromkeys(ENDINGS, (PAGE, save_report)),
+}
