@@ -122,6 +122,22 @@ def test_a_place_off_the_map_has_no_scale() -> None:
     assert scale_factor("EPSG:32632", np.array([1e12, 5e6])) is None
 
 
+@pytest.mark.parametrize(
+    ("system", "place", "is_used"),
+    [
+        ("EPSG:32632", (500_000.0, 5_391_000.0), True),
+        ("EPSG:32632", (700_000.0, 5_391_000.0), True),  # a degree behind its border at 12 degrees
+        ("EPSG:32632", (1_200_000.0, 5_391_000.0), False),
+        ("EPSG:2278", (1_640_000.0, 17_700_000.0), False),  # feet in Texas, ten degrees north of it
+        ("EPSG:32660", (740_000.0, 5_391_000.0), True),  # across the antimeridian
+    ],
+)
+def test_a_system_has_no_scale_far_from_where_it_is_used(
+    system: str, place: tuple[float, float], *, is_used: bool
+) -> None:
+    assert (scale_factor(system, np.array(place)) is not None) == is_used
+
+
 def test_systems_are_compared_by_what_they_mean() -> None:
     system = known_system("EPSG:32632")
     assert system is not None

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 #: Length, in units of the map, over which its scale is taken.
 BASELINE = 1000.0
 
+#: So far beyond the area of a system it is used still: surveys cross the borders of zones.
+BEYOND_DEG = 1.0
+
 
 _STATES_ONE = re.compile(
     r"\s*((urn:ogc:def:crs:)?(EPSG|OGC):[\w.]*:?(\d+(\+\d+)?|CRS84)\s*\Z|\w+\s*\[)", re.IGNORECASE
@@ -77,11 +80,22 @@ def scale_factor(text: str | None, place: FloatArray) -> float | None:
     to_ellipsoid = pyproj.Transformer.from_crs(system, system.geodetic_crs, always_xy=True)
     ends = np.asarray(place)[:2] + 0.5 * BASELINE * np.array([[-1, 0], [1, 0], [0, -1], [0, 1]])
     lon, lat = to_ellipsoid.transform(ends[:, 0], ends[:, 1])
-    if not np.isfinite([lon, lat]).all():
+    if not np.isfinite([lon, lat]).all() or not _is_used_at(system, lon[0], lat[0]):
         return None
     _, _, across_m = system.get_geod().inv(lon[::2], lat[::2], lon[1::2], lat[1::2])
     scale = BASELINE * unit_m / np.sqrt(float(np.prod(across_m)))
     return float(scale) if 0.5 < scale < 2.0 else None
+
+
+def _is_used_at(system: Any, lon: float, lat: float) -> bool:  # noqa: ANN401 - pyproj's
+    """Return whether a place lies where a system is meant to be used, or that is not stated."""
+    area = system.area_of_use
+    if area is None:
+        return True
+    # Areas across the antimeridian end at a smaller longitude than they begin at.
+    wide = (area.east - area.west) % 360.0 or 360.0
+    east = (lon - area.west + BEYOND_DEG) % 360.0 <= wide + 2.0 * BEYOND_DEG
+    return bool(east and area.south - BEYOND_DEG <= lat <= area.north + BEYOND_DEG)
 
 
 def reprojected(plan: FloatArray, source: Any, target: Any) -> FloatArray:  # noqa: ANN401 - as above
