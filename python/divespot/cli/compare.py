@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from divespot.cli.options import Grouped, chosen_settings, setting_options
-from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
+from divespot.cli.outputs import STDOUT, check_outputs, force_option, json_option, write_json
 from divespot.cli.screen import file_name, loudness_options, progress_line, tell
 from divespot.errors import printable
 from divespot.output import REPORT
@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 @click.argument("before", type=click.Path())
 @click.argument("after", type=click.Path())
 @setting_options
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(allow_dash=True),
-    metavar="PATH|-",
-    help="write the comparison as JSON, - for stdout and nothing else there",
-)
+@json_option("write the comparison as JSON, - for stdout and nothing else there")
 @click.option("--show-unit", type=click.Choice(list(VOLUMES)), help="unit of the tables' volumes")
 @click.option(
     "--align/--no-align",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from divespot.cli.jobs import jobs_option
-from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
+from divespot.cli.outputs import STDOUT, check_outputs, force_option, json_option, write_json
 from divespot.cli.screen import progress_bar
 from divespot.output import REPORT
 
@@ -66,13 +66,7 @@ SCHEMA = "divespot.evaluation/1"
     metavar="DIR",
     help="folder where finished scans are kept: after an interruption only the others are made",
 )
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(allow_dash=True),
-    metavar="PATH|-",
-    help="write all results as JSON, - for stdout and nothing else there",
-)
+@json_option("write all results as JSON, - for stdout and nothing else there")
 @force_option
 def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     scenes: str | None,

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
+from divespot.cli.outputs import (
+    STDOUT,
+    check_outputs,
+    ends_in,
+    force_option,
+    json_option,
+    write_json,
+)
 from divespot.cli.results import PICTURES
 from divespot.output import PICTURE, TABLE, whole, write_text
 
@@ -24,16 +31,11 @@ if TYPE_CHECKING:
 @click.option(
     "--csv", "csv_file", type=click.Path(), metavar="PATH", help="write a row a pile as CSV"
 )
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(allow_dash=True),
-    metavar="-",
-    help="print all reports as JSON Lines, with their times",
-)
+@json_option("print all reports as JSON Lines, with their times", metavar="-")
 @click.option(
     "--picture",
     type=click.Path(),
+    callback=ends_in(PICTURES),
     metavar="PATH.png|.svg|.pdf",
     help="draw the total over time, with its u95",
 )
@@ -52,8 +54,6 @@ def history(  # noqa: PLR0913, PLR0917 - one argument an option
     """
     from divespot.results.history import entries  # noqa: PLC0415 - slow to import
 
-    if picture is not None and not picture.lower().endswith(PICTURES):
-        raise click.BadParameter(f"{picture!r} does not end in {' or '.join(PICTURES)}")
     check_outputs(
         {"--csv": (csv_file, TABLE), "--picture": (picture, PICTURE)}, (history,), force=force
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
+from divespot.cli.outputs import STDOUT, check_outputs, force_option, json_option, write_json
 from divespot.cli.screen import file_name, tell
 from divespot.errors import printable, shortened
 from divespot.numbers import rounded
@@ -44,13 +44,7 @@ LONGEST_SYSTEM = 70
 @click.argument("scan", metavar="SCAN", type=click.Path())
 @click.option("--unit", default="auto", show_default=True, help="unit of the file's coordinates")
 @click.option("--up", default="auto", show_default=True, help="where up is, as of measure")
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(allow_dash=True),
-    metavar="PATH|-",
-    help="write all of it as JSON, - for stdout and nothing else there",
-)
+@json_option("write all of it as JSON, - for stdout and nothing else there")
 @force_option
 def info(scan: str, unit: str, up: str, json_file: str | None, force: bool) -> None:  # noqa: FBT001 - click's call
     """Tell what SCAN is, in about a second, before it is measured.

@@ -18,6 +18,7 @@ from divespot.cli.outputs import (
     check_outputs,
     failed,
     force_option,
+    json_option,
     write_json,
 )
 from divespot.cli.results import chosen_files, result_options
@@ -47,13 +48,9 @@ Files: TypeAlias = tuple[str, ...]
 @click.argument("scans", metavar="SCAN...", type=click.Path(), nargs=-1, required=True)
 @setting_options
 @click.option("--merge", is_flag=True, help="measure all SCANs as one survey: tiles, set-ups")
-@click.option(
-    "--json",
-    "json_file",
-    type=click.Path(allow_dash=True),
-    metavar="PATH|-",
-    help="write the report as JSON, - for stdout and nothing else there; of several scans, one "
-    "line each with its time (JSON Lines), also of those that cannot be measured",
+@json_option(
+    "write the report as JSON, - for stdout and nothing else there; of several scans, one "
+    "line each with its time (JSON Lines), also of those that cannot be measured"
 )
 @click.option(
     "--csv",
@@ -190,7 +187,9 @@ class Output:
             steps.append(partial(write_json, self.json_file, report.to_json()))
         if self.rows is not None:
             steps.append(partial(self.rows.write, report))
-        survey = self._survey()
+        survey = None
+        if self.history is not None or any(item.is_page for item in self.files):
+            survey = self._survey()
         if self.history is not None:
             steps.append(partial(self._remember, report, survey))
         drawn = sum(item.is_drawn for item in self.files)
@@ -214,10 +213,10 @@ class Output:
         before = () if self.history is None else past(self.history, self.site)
         return Survey(self.site or None, now(), before)
 
-    def _remember(self, report: Report, survey: Survey) -> None:
+    def _remember(self, report: Report, survey: Survey | None) -> None:
         from divespot.results.history import add  # noqa: PLC0415 - slow to import
 
-        add(report, str(self.history), site=self.site, time=survey.date)
+        add(report, str(self.history), site=self.site, time=survey.date if survey else None)
 
     def fail(self, scan: str, sentence: str, status: Status) -> None:
         """Write that a scan could not be measured."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -15,10 +15,12 @@ from divespot.results.csv_rows import failed_row, now, rows_of, write_rows
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from divespot.errors import Status
     from divespot.report import Report
+
+F = TypeVar("F", bound="Callable[..., Any]")
 
 ERROR_SCHEMA = "divespot.error/1"
 
@@ -28,6 +30,23 @@ STDOUT = "-"
 force_option = click.option(
     "--force", is_flag=True, help="overwrite files that divespot did not write; never a SCAN"
 )
+
+
+def json_option(help_text: str, metavar: str = "PATH|-") -> Callable[[F], F]:
+    """Return the option ``--json``, of which - means the standard output."""
+    path = click.Path(allow_dash=True)
+    return click.option("--json", "json_file", type=path, metavar=metavar, help=help_text)
+
+
+def ends_in(endings: tuple[str, ...]) -> Callable[[Any, Any, str | None], str | None]:
+    """Return what refuses a path with another ending before anything is done."""
+
+    def checked(_ctx: click.Context, _param: click.Parameter, path: str | None) -> str | None:
+        if path is not None and endings and not path.lower().endswith(endings):
+            raise click.BadParameter(f"{path!r} does not end in {' or '.join(endings)}")
+        return path
+
+    return checked
 
 
 def check_outputs(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from divespot.cli.outputs import ends_in
 from divespot.errors import DivespotError
 from divespot.output import DEM, OUTLINES, PAGE, PICTURE, POINTS
 
@@ -48,14 +49,14 @@ class ResultFile:
             self.name,
             type=click.Path(),
             metavar=self.metavar,
-            callback=self._check,
+            callback=ends_in(self.endings),
             help=f"{self.help} (one scan only)",
         )
 
-    def write(self, report: Report, path: str, survey: Survey) -> None:
+    def write(self, report: Report, path: str, survey: Survey | None) -> None:
         """Write the file."""
         about = (survey,) if self.is_page else ()
-        if not (self.is_drawn or self.is_page):
+        if not self.is_drawn:
             return self.save(report, path)
         try:
             return self.save(report, path, *about)
@@ -65,12 +66,6 @@ class ResultFile:
         except Exception as error:  # noqa: BLE001
             what = f"{path}: cannot be drawn ({type(error).__name__}: {error})"
             raise DivespotError(what) from None
-
-    def _check(self, _ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
-        """Refuse another ending before anything is measured."""
-        if value is not None and self.endings and not value.lower().endswith(self.endings):
-            raise click.BadParameter(f"{value!r} does not end in {' or '.join(self.endings)}")
-        return value
 
 
 def _base(report: Report, path: str) -> None:
@@ -115,7 +110,7 @@ def _ground_picture(report: Report, path: str) -> None:
     save_ground_picture(report, path)
 
 
-def _page(report: Report, path: str, survey: Survey) -> None:
+def _page(report: Report, path: str, survey: Survey | None) -> None:
     from divespot.results.report_file import save_report  # noqa: PLC0415 - as above
 
     save_report(report, path, survey)

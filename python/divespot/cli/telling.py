@@ -9,6 +9,7 @@ import click
 
 from divespot.cli.screen import file_name, tell
 from divespot.errors import printable
+from divespot.io.merge import named
 
 if TYPE_CHECKING:
     from divespot.errors import Status
@@ -63,6 +64,5 @@ def _quoted(text: str) -> str:
 
 
 def _survey_name(report: Report) -> str:
-    name = file_name(report.source.path or "points")
-    more = len(report.source.files) - 1
-    return f"{name} and {more} more" if more > 0 else name
+    files = report.source.files or (report.source.path or "points",)
+    return named([file_name(path) for path in files])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from divespot.numbers import rounded, with_uncertainty
+from divespot.numbers import rounded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -31,8 +31,8 @@ def trust_sentence(report: Report, shown: Shown, texts: Mapping[str, Any]) -> st
     u95 = shown.per_m3 * total.u95_m3
     return str(texts["trust_sentence"]).format(
         grade=next(word for most, word in texts["grades"] if most is None or percent <= most),
-        low=with_uncertainty(low, u95).partition(" ")[0],
-        high=with_uncertainty(high, u95).partition(" ")[0],
+        low=shown.number(low, u95),
+        high=shown.number(high, u95),
         unit=shown.unit,
         percent=rounded(percent, 2),
         term=texts["terms"][_largest_term(report.piles)],

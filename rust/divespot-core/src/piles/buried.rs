@@ -4,6 +4,7 @@
 //! into it would meet there, the wall is below the pile as it is beside it. What it takes up is none of
 //! the material, and where the pile is as high as the wall, the wall's top looks like the pile's.
 
+use super::axis::{dot, main_axis};
 use super::patch::{Patch, Zone};
 use super::territory::{EIGHT, Territory};
 use crate::connectivity::components;
@@ -77,12 +78,7 @@ impl Wall {
 
     fn through(places: Vec<[f64; 2]>, top_m: f64, cell_m: f64) -> Option<Self> {
         let count = to_f64(places.len());
-        let middle = [0, 1].map(|k| places.iter().map(|p| p[k]).sum::<f64>() / count);
-        let moment = |a: usize, b: usize| {
-            places.iter().map(|p| (p[a] - middle[a]) * (p[b] - middle[b])).sum::<f64>()
-        };
-        let angle = 0.5 * libm::atan2(2.0 * moment(0, 1), moment(0, 0) - moment(1, 1));
-        let along = [libm::cos(angle), libm::sin(angle)];
+        let (middle, along) = main_axis(places.iter().copied());
         let at = places.iter().map(|p| dot(along, less(*p, middle)));
         let ends = at.fold([0.0_f64; 2], |[low, high], s| [low.min(s), high.max(s)]);
         let across = places.iter().map(|p| dot([-along[1], along[0]], less(*p, middle)).powi(2));
@@ -171,10 +167,6 @@ fn crossing(a: &Wall, b: &Wall) -> Option<[f64; 2]> {
 
 fn less(p: [f64; 2], q: [f64; 2]) -> [f64; 2] {
     [p[0] - q[0], p[1] - q[1]]
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
 }
 
 #[cfg(test)]

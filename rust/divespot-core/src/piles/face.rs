@@ -3,6 +3,7 @@
 //! A cell at the face of a wall holds points on the surface and many more up the face. The pile goes
 //! on to the face as it came: the cell counts by the share of it that lies before the face.
 
+use super::axis::{dot, main_axis};
 use super::base::{Base, value};
 use super::found::Found;
 use super::near_plane::{near_plane, places_about};
@@ -291,8 +292,8 @@ impl Face {
         let moment = |a: usize, b: usize| {
             points.iter().map(|p| (p[a] - mean[a]) * (p[b] - mean[b])).sum::<f64>()
         };
-        let along = 0.5 * libm::atan2(2.0 * moment(0, 1), moment(0, 0) - moment(1, 1));
-        let across = [-libm::sin(along), libm::cos(along)];
+        let (_, [x, y]) = main_axis(points.iter().map(|p| [p[0], p[1]]));
+        let across = [-y, x];
         let away =
             if dot(across, [mean[0] - pile[0], mean[1] - pile[1]]) < 0.0 { -1.0 } else { 1.0 };
         let normal = across.map(|v| away * v);
@@ -327,10 +328,6 @@ impl Face {
         }
         kept
     }
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! kept, signed: outside the pile they average to nothing, so no factor is needed.
 
 mod alone;
+mod axis;
 mod bank;
 mod base;
 mod budget;
