@@ -13,7 +13,8 @@ from divespot._arguments import require_kind, switch
 from divespot.errors import DivespotError
 from divespot.intake import load
 from divespot.io import UNITS
-from divespot.pipeline import measure
+from divespot.pipeline import measure_cloud
+from divespot.progress import Progress
 from divespot.results.alignment import align
 from divespot.results.comparison import Change, Comparison, Match, Place, changed
 from divespot.results.crs_name import crs_name
@@ -92,10 +93,10 @@ def compare(
         require_kind("settings", settings, Settings)
     is_wanted = switch("do_align", do_align)
     s = (settings or Settings()).changed(**changes)
-    clouds = load(before, s), load(after, s)
+    runs = [Progress(_named(on_stage, name)) for name in ("before", "after")]
+    clouds = runs[0]("read", load, before, s), runs[1]("read", load, after, s)
     _refuse_other_system(clouds[0].source, clouds[1].source)
-    first = _alone(before, s, _named(on_stage, "before"))
-    second = _alone(after, s, _named(on_stage, "after"))
+    first, second = (_alone(cloud, s, run) for cloud, run in zip(clouds, runs, strict=True))
     scale = (clouds[0].scale, clouds[0].scale, 1.0)
     points = clouds[0].points * scale + clouds[0].origin_m
     unit_m = UNITS[clouds[1].source.unit]
@@ -104,8 +105,8 @@ def compare(
 
         def held_against(earlier: NDArray[np.float64]) -> Report:
             np.save(path, earlier / unit_m)
-            stage = _named(on_stage, "change")
-            found = measure(after, s.changed(base=f"surface={path}"), on_stage=stage)
+            run = Progress(_named(on_stage, "change"))
+            found = measure_cloud(clouds[1], s.changed(base=f"surface={path}"), run)
             # The file is gone soon.
             return dataclasses.replace(found, settings=found.settings.changed(base=s.base))
 
@@ -117,12 +118,10 @@ def compare(
     return _comparison((first, second), clouds, difference, found, aligned=aligned)
 
 
-def _alone(
-    scan: Scannable, settings: Settings, on_stage: Callable[[str], None] | None
-) -> Report | None:
+def _alone(cloud: Cloud, settings: Settings, run: Progress) -> Report | None:
     """Return the piles of one scan; None where no ground is in view that they could stand on."""
     try:
-        return measure(scan, settings, on_stage=on_stage)
+        return measure_cloud(cloud, settings, run)
     except DivespotError as error:
         if NO_GROUND in str(error):
             return None

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from divespot._typed import Changes
-    from divespot.intake import Scannable
+    from divespot.intake import Cloud, Scannable
 
 
 def measure(
@@ -98,7 +98,11 @@ def measure(
         require_kind("settings", settings, Settings)
     s = (settings or Settings()).changed(**changes)
     run = Progress(on_stage)
-    cloud = run("read", load, source, s)
+    return measure_cloud(run("read", load, source, s), s, run)
+
+
+def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
+    """Measure every pile in a scan that was read."""
     cloud = run("crop", crop, cloud, s)
     scan, resolved = run("survey", take_survey, cloud.points, cloud.quantum_m, s)
     points, scan, s = run("thinning", even_out, cloud, scan, resolved, s)
