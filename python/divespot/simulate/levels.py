@@ -104,6 +104,14 @@ def platform(rng: np.random.Generator) -> Scene:
     return _yard(size_m, [_pile(size_m, (0.0, 0.0), rng)], _wide(size_m), (top,), rng)
 
 
+def slab(rng: np.random.Generator) -> Scene:
+    """Pour a pile on a slab that is little wider than the pile, and low."""
+    size_m = log_uniform(rng, 0.5, 10.0)
+    half_m = (rng.uniform(1.3, 2.0) * size_m, rng.uniform(1.3, 2.0) * size_m)
+    top = Level((0.0, 0.0), half_m, rng.uniform(0.1, 0.4) * size_m, UPRIGHT_DEG)
+    return _yard(size_m, [_pile(size_m, (0.0, 0.0), rng)], _wide(size_m), (top,), rng)
+
+
 def bowl(rng: np.random.Generator) -> Scene:
     """Pour a pile in a quarry's bowl."""
     size_m = log_uniform(rng, 1.5, 15.0)
@@ -188,6 +196,7 @@ LEVELS: Mapping[str, Maker] = MappingProxyType(
         "levels-pit": pit,
         "levels-pit-alone": pit_alone,
         "levels-platform": platform,
+        "levels-slab": slab,
         "levels-bowl": bowl,
         "levels-slope": slope,
         "levels-step": step,

@@ -1,7 +1,8 @@
 //! What was found in a height map, to be measured.
 
-use super::territory::NOBODY;
+use super::territory::{AXES, NOBODY};
 use crate::Point;
+use crate::heightmap::Grid;
 
 /// Objects, the ground that they stand on, and what is no part of the surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,9 +33,14 @@ impl Found {
     }
 
     /// The cells that an object's toe or the ground around it may lie in: banks and faces part an
-    /// object from the ground behind them.
-    pub(crate) fn open(&self, heights_m: &[f64]) -> Vec<bool> {
-        let open = |cell: usize| !self.is_bank(cell) || heights_m[cell].is_nan();
-        (0..heights_m.len()).map(open).collect()
+    /// object from the ground behind them, with the gaps of a cell in them.
+    pub(crate) fn open(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
+        let seen = |cell: usize| !heights_m[cell].is_nan();
+        let bank = |cell: usize| self.is_bank(cell) && seen(cell);
+        let gap = |cell: usize| {
+            let beside = |dx, dy| grid.neighbor(cell, dx, dy).is_some_and(bank);
+            AXES.iter().any(|&(dx, dy)| beside(dx, dy) && beside(-dx, -dy))
+        };
+        (0..heights_m.len()).map(|cell| !bank(cell) && (seen(cell) || !gap(cell))).collect()
     }
 }

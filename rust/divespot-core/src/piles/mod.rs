@@ -5,6 +5,7 @@
 //! kept, signed: outside the pile they average to nothing, so no factor is needed.
 
 mod alone;
+mod around;
 mod axis;
 mod bank;
 mod base;
@@ -59,21 +60,17 @@ use std::collections::BTreeMap;
 use crate::cancel::Polled;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
-use crate::hypotenuse::Hypotenuse;
-use crate::material::STEEPEST_POURED;
 use crate::parallel::map_each;
 use crate::thread_count;
+use around::Around;
 use divided::Divided;
 pub(crate) use hidden::beyond;
 pub(crate) use near_plane::{near_plane, places_about};
 use object::{object, why_no_pile};
 use patch::{Patch, Reach, Scene};
 use ring::ring_plane;
-pub(crate) use territory::{AXES, EIGHT, FOUR, NOBODY, Territory};
+pub(crate) use territory::{AXES, EIGHT, FOUR, NOBODY};
 use things::Things;
-
-/// So many standard deviations of the ground's noise are no cliff.
-const CLEAR: f64 = 6.0;
 
 /// How objects are measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -172,7 +169,10 @@ fn measured(
     settings: &Settings,
 ) -> Result<Vec<Object>> {
     let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
-    let around = Around { open: found.open(&scene.heights_m), ground: &found.ground };
+    let noise_m = settings.ground.noise_m;
+    let heights_m = &scene.heights_m;
+    let open = found.open(grid, heights_m);
+    let around = Around { grid, heights_m, open, ground: &found.ground, noise_m };
     let divided = Divided::of(&scene, found);
     let whole = patches(&scene, &divided.labels, &around, settings);
     // Where no toe is wanted, an object is what was found (paper).
@@ -273,27 +273,6 @@ fn with_flanks(
     hidden::with_hidden_flanks(scene, labels, &bases)
 }
 
-/// What may lie around an object.
-struct Around<'a> {
-    /// The cells that its toe or the ground around it may lie in.
-    open: Vec<bool>,
-    ground: &'a [bool],
-}
-
-impl Around<'_> {
-    /// Whether the ground drops more steeply than anything is poured between two cells: what lies
-    /// beyond a cliff is not the ground around an object.
-    fn is_cliff(&self, scene: &Scene<'_>, from: usize, to: usize, settings: &Settings) -> bool {
-        if !(self.ground[from] && self.ground[to]) {
-            return false;
-        }
-        let ([ax, ay], [bx, by]) = (scene.grid.center(from), scene.grid.center(to));
-        let run_m = (ax - bx).hypotenuse(ay - by) + scene.grid.cell_m;
-        let drop_m = (scene.heights_m[from] - scene.heights_m[to]).abs();
-        drop_m > STEEPEST_POURED * run_m + CLEAR * settings.ground.noise_m
-    }
-}
-
 fn patches(
     scene: &Scene<'_>,
     labels: &[i32],
@@ -302,10 +281,7 @@ fn patches(
 ) -> Vec<(i32, Patch)> {
     let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
     let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
-    let goes_on =
-        |from: usize, to: usize| around.open[to] && !around.is_cliff(scene, from, to, settings);
-    let tells = |cell: usize| around.ground[cell] && !scene.heights_m[cell].is_nan();
-    let territory = Territory::grow_along(scene.grid, labels, goes_on, tells, farthest);
+    let territory = around.territory(labels, farthest);
     Patch::all(scene, labels, &territory, &reach)
 }
 

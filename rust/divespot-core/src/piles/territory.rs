@@ -13,6 +13,8 @@ pub(crate) const NOBODY: i32 = -1;
 pub(crate) struct Territory {
     pub(crate) owner: Vec<i32>,
     pub(crate) steps: Vec<u32>,
+    /// The last cell on the way there that tells how high the way is.
+    pub(crate) last: Vec<usize>,
 }
 
 pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
@@ -47,13 +49,21 @@ impl Territory {
             labels.iter().map(|&l| if l < 0 { u32::MAX } else { 0 }).collect();
         let mut front: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] >= 0).collect();
         front.sort_by_key(|&cell| labels[cell]);
+        // No step goes through between two closed cells that touch at a corner.
+        let passes = |from: usize, cell: usize, (dx, dy): (isize, isize)| {
+            let side = |dx, dy| grid.neighbor(cell, dx, dy).is_some_and(|n| open(from, n));
+            dx == 0 || dy == 0 || side(dx, 0) || side(0, dy)
+        };
         for step in 1..=reach {
             let around: &[(isize, isize)] = if step % 2 == 1 { &FOUR } else { &EIGHT };
             let mut next = Vec::new();
             for &cell in front.iter().polled() {
                 for &(dx, dy) in around {
                     let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
-                    if owner[n] == NOBODY && open(last[cell], n) {
+                    if owner[n] == NOBODY
+                        && open(last[cell], n)
+                        && passes(last[cell], cell, (dx, dy))
+                    {
                         if !tells(n) {
                             last[n] = last[cell];
                         }
@@ -65,7 +75,7 @@ impl Territory {
             }
             front = if step % 2 == 1 { front.into_iter().chain(next).collect() } else { next };
         }
-        Self { owner, steps }
+        Self { owner, steps, last }
     }
 }
 
@@ -90,6 +100,16 @@ mod tests {
                 "{steps} {distance}"
             );
         }
+    }
+
+    #[test]
+    fn no_way_leads_between_closed_cells_that_touch_at_a_corner() {
+        let mut labels = vec![NOBODY; grid().len()];
+        labels[10 * 41 + 10] = 0;
+        let open = |cell: usize| cell % 41 + cell / 41 != 30;
+        let territory = Territory::grow(&grid(), &labels, open, 80);
+        let beyond = (0..grid().len()).filter(|cell| cell % 41 + cell / 41 >= 30);
+        assert!(beyond.into_iter().all(|cell| territory.owner[cell] == NOBODY));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Levels: the large gentle parts of a surface, at whatever height.
 
-use std::collections::VecDeque;
+use std::iter::successors;
 
 use crate::cancel::{Polled, poll};
 use crate::connectivity::components;
@@ -45,7 +45,7 @@ pub(crate) struct Edge {
     up: f64,
     even: f64,
     down: f64,
-    /// Those of `down` that lie deeper than any material could lie.
+    /// Those of `down` to which it goes more steeply than any material could lie.
     cliff: f64,
     /// Nothing was seen.
     open: f64,
@@ -74,8 +74,13 @@ impl Edge {
     /// largest part and no top.
     pub(crate) fn is_ground(&self, largest: usize) -> bool {
         let large = to_f64(self.cells) > LARGE * to_f64(largest) && !self.is_top();
-        let plate = self.cliff > SOME * self.all() && self.up > 0.1 * self.all();
-        self.down < SOME * self.all() || self.open > SOME * self.all() || plate || large
+        let some = SOME * self.all();
+        self.down < some || self.open > some || self.is_plate() || large
+    }
+
+    /// Whether cliffs are around it, and something stands on it.
+    fn is_plate(&self) -> bool {
+        self.cliff > SOME * self.all() && self.up > 0.1 * self.all()
     }
 }
 
@@ -86,22 +91,23 @@ impl Levels {
         let parts = components(grid, gentle.collect(), &FOUR);
         let largest = parts.iter().map(Vec::len).max().unwrap_or(0);
         let seen = to_f64(heights_m.iter().filter(|h| !h.is_nan()).count());
-        let fewest = FEWEST.min((MUCH * seen) as usize).max((SHARE * to_f64(largest)) as usize);
+        let fewest = FEWEST.min((MUCH * seen) as usize);
         let near_m = GENTLE * grid.cell_m + CLEAR * slopes.noise_m;
         let on_plane = |part: &[usize]| part.iter().all(|&cell| heights_m[cell].abs() <= near_m);
-        let is_level = |part: &Vec<usize>| part.len() >= fewest || on_plane(part);
-        let parts: Vec<Vec<usize>> = parts.into_iter().filter(is_level).collect();
-        let mut of = vec![NONE; grid.len()];
-        for (part, cells) in (0..).zip(&parts) {
-            cells.iter().for_each(|&cell| of[cell] = part);
-        }
+        let candidate = |part: &Vec<usize>| part.len() >= fewest || on_plane(part);
+        let parts: Vec<Vec<usize>> = parts.into_iter().filter(candidate).collect();
         let Slopes { noise_m, reach, .. } = *slopes;
         let looker = Looker { grid, heights_m, beyond, noise_m, reach };
+        let of = numbered(grid, parts.iter());
         let mut stamps = vec![NONE; grid.len()];
-        let edges = (0..)
-            .zip(&parts)
-            .map(|(part, cells)| looker.edge(part, cells, &of, &mut stamps))
-            .collect();
+        let edges =
+            (0..).zip(&parts).map(|(part, cells)| looker.edge(part, cells, &of, &mut stamps));
+        let least = SHARE * to_f64(largest);
+        let is_level = |(part, edge): &(&Vec<usize>, Edge)| {
+            to_f64(part.len()) >= least || edge.is_plate() || on_plane(part)
+        };
+        let (parts, edges): (Vec<_>, Vec<_>) = parts.iter().zip(edges).filter(is_level).unzip();
+        let mut of = numbered(grid, parts.into_iter());
         looker.widen(&mut of);
         Self { of, edges }
     }
@@ -110,6 +116,15 @@ impl Levels {
     pub(crate) fn largest(&self) -> usize {
         self.edges.iter().map(|edge| edge.cells).max().unwrap_or(0)
     }
+}
+
+/// The number of the part that each cell belongs to.
+fn numbered<'a>(grid: &Grid, parts: impl Iterator<Item = &'a Vec<usize>>) -> Vec<u32> {
+    let mut of = vec![NONE; grid.len()];
+    for (part, cells) in (0..).zip(parts) {
+        cells.iter().for_each(|&cell| of[cell] = part);
+    }
+    of
 }
 
 /// Looks at what lies around a part.
@@ -122,41 +137,70 @@ struct Looker<'a> {
     reach: usize,
 }
 
+/// A step of the way outwards from a part's cell.
+#[derive(Clone, Copy)]
+struct Step {
+    from: usize,
+    cell: usize,
+    /// Of how many it is the last, and which one came before it.
+    count: usize,
+    before: usize,
+}
+
 impl Looker<'_> {
     /// Walks outwards from a part's cells over the width of a window, and compares what lies there
     /// with the part's nearest cell.
     fn edge(&self, part: u32, cells: &[usize], of: &[u32], stamps: &mut [u32]) -> Edge {
         let mut edge = Edge { cells: cells.len(), ..Edge::default() };
-        let farthest = 2 * self.reach + 3;
-        let mut queue: VecDeque<(usize, usize, usize)> = VecDeque::new();
-        for &cell in cells {
-            if FOUR
-                .iter()
-                .any(|&(dx, dy)| self.grid.neighbor(cell, dx, dy).is_none_or(|n| of[n] != part))
-            {
-                queue.push_back((cell, cell, 0));
-            }
+        let steps = self.outwards(part, cells, of, stamps);
+        let mut cliffs = vec![false; steps.len()];
+        for (at, step) in steps.iter().enumerate().polled().filter(|(_, s)| s.count > self.reach) {
+            cliffs[at] = self.is_cliff(&steps, step);
         }
-        while let Some((from, cell, steps)) = queue.pop_front() {
-            poll();
-            if steps > self.reach {
-                self.look(&mut edge, from, cell, steps);
+        for (at, step) in steps.iter().enumerate().rev() {
+            cliffs[step.before] |= cliffs[at];
+        }
+        for (step, cliff) in steps.iter().zip(cliffs).polled() {
+            if step.count > self.reach {
+                self.look(&mut edge, step, cliff);
             }
-            if self.grid.is_border(cell) {
-                edge.open += to_f64(farthest - steps.max(self.reach));
-            }
-            if steps == farthest {
-                continue;
-            }
-            let around: &[(isize, isize)] = if steps % 2 == 0 { &FOUR } else { &EIGHT };
-            for n in around.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
-                if of[n] != part && stamps[n] != part {
-                    stamps[n] = part;
-                    queue.push_back((from, n, steps + 1));
-                }
+            if self.grid.is_border(step.cell) {
+                edge.open += to_f64(self.farthest() - step.count.max(self.reach));
             }
         }
         edge
+    }
+
+    /// The last step of the way out.
+    fn farthest(&self) -> usize {
+        2 * self.reach + 3
+    }
+
+    /// The steps from the cells at a part's edge outwards.
+    fn outwards(&self, part: u32, cells: &[usize], of: &[u32], stamps: &mut [u32]) -> Vec<Step> {
+        let outer = |cell: &usize| {
+            let near = |&(dx, dy): &(isize, isize)| self.grid.neighbor(*cell, dx, dy);
+            FOUR.iter().any(|way| near(way).is_none_or(|n| of[n] != part))
+        };
+        let first = |cell: usize| Step { from: cell, cell, count: 0, before: 0 };
+        let mut steps: Vec<Step> = cells.iter().copied().filter(outer).map(first).collect();
+        let mut at = 0;
+        while let Some(&Step { from, cell, count, .. }) = steps.get(at) {
+            poll();
+            let around: &[(isize, isize)] = match count {
+                last if last == self.farthest() => &[],
+                even if even % 2 == 0 => &FOUR,
+                _ => &EIGHT,
+            };
+            for n in around.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
+                if of[n] != part && stamps[n] != part {
+                    stamps[n] = part;
+                    steps.push(Step { from, cell: n, count: count + 1, before: at });
+                }
+            }
+            at += 1;
+        }
+        steps
     }
 
     /// Gives each part the cells around it, as far as its windows reached, to which it goes on as
@@ -180,22 +224,40 @@ impl Looker<'_> {
         }
     }
 
-    fn look(&self, edge: &mut Edge, from: usize, cell: usize, steps: usize) {
-        let rise = self.heights_m[cell] - self.heights_m[from];
-        let run = |steps: usize| to_f64(steps) * self.grid.cell_m;
-        let clear = CLEAR * self.noise_m + 0.1 * run(steps);
-        if rise.is_nan() {
-            edge.open += if self.beyond[cell] { 1.0 } else { 0.0 };
-        } else if rise > clear {
+    /// How far it is down from the part to a step.
+    fn fall_m(&self, step: &Step) -> f64 {
+        self.heights_m[step.from] - self.heights_m[step.cell]
+    }
+
+    /// How far it must be up or down to a step to be no part of what is even.
+    fn clear_m(&self, step: &Step) -> f64 {
+        CLEAR * self.noise_m + 0.1 * to_f64(step.count) * self.grid.cell_m
+    }
+
+    fn look(&self, edge: &mut Edge, step: &Step, cliff: bool) {
+        let (fall_m, clear_m) = (self.fall_m(step), self.clear_m(step));
+        if fall_m.is_nan() {
+            edge.open += if self.beyond[step.cell] { 1.0 } else { 0.0 };
+        } else if -fall_m > clear_m {
             edge.up += 1.0;
-        } else if rise < -clear {
+        } else if fall_m > clear_m {
             edge.down += 1.0;
-            // As far as its window reaches a part goes on.
-            let is_cliff = -rise > NEVER_STEEPER * run(steps - self.reach);
-            edge.cliff += if is_cliff { 1.0 } else { 0.0 };
+            edge.cliff += if cliff { 1.0 } else { 0.0 };
         } else {
             edge.even += 1.0;
         }
+    }
+
+    /// Whether a step lies at the foot of a cliff: the fall to it has ended there, and its middle half
+    /// takes less than material could lie over. One cell may hold both the top and the foot, so of
+    /// a fall of a cell or two nothing tells whether it is one.
+    fn is_cliff(&self, steps: &[Step], to: &Step) -> bool {
+        let (fall_m, last_m) = (self.fall_m(to), self.fall_m(&steps[to.before]));
+        let ended = fall_m - last_m <= GENTLE * self.grid.cell_m + CLEAR * self.noise_m;
+        let amid = |step: &Step| (self.fall_m(step) - 0.5 * fall_m).abs() < 0.25 * fall_m;
+        let way = successors(Some(to), |step| (step.count > 0).then(|| &steps[step.before]));
+        let run_m = (to_f64(way.filter(|step| amid(step)).count()) - 1.0) * self.grid.cell_m;
+        ended && fall_m > self.clear_m(to) && 0.5 * fall_m > NEVER_STEEPER * run_m
     }
 }
 
@@ -278,6 +340,26 @@ mod tests {
         assert_eq!((levels.of[20], levels.of[10], levels.of[30]), (NONE, 0, 1));
     }
 
+    #[test]
+    fn a_small_part_is_a_level_where_something_stands_on_its_cliffs() {
+        let heap = |x: f64, y: f64| (6.0 - 0.6 * (x - 50.0).hypot(y - 50.0)).max(0.0);
+        let slab = |x: f64, y: f64, rise: f64| {
+            if (x - 50.0).abs().max((y - 50.0).abs()) < 16.0 { rise } else { 0.0 }
+        };
+        let count = |rise: f64, heap: &dyn Fn(f64, f64) -> f64| {
+            let floor = grid(200, 200);
+            levels(&floor, |x, y| slab(x, y, rise) + heap(x, y)).edges.len()
+        };
+        // 700 cells of the slab show; a fiftieth of the floor is 780.
+        assert_eq!((count(1.5, &heap), count(9.0, &heap), count(0.0, &heap)), (2, 2, 1));
+        let flank = |x: f64, y: f64| {
+            let off = (x - 50.0).abs().max((y - 50.0).abs());
+            (0.75 * (24.0 - off)).clamp(0.0, 6.0)
+        };
+        let lies = levels(&grid(200, 200), |x, y| flank(x, y) + heap(x, y));
+        assert!(lies.edges.iter().all(|edge| edge.cliff == 0.0), "{:?}", lies.edges);
+    }
+
     fn edge(down: f64, cliff: f64, up: f64) -> Edge {
         Edge { cells: 100, up, even: 1.0 - down - up, down, cliff, open: 0.0 }.times(100.0)
     }
@@ -332,7 +414,7 @@ mod tests {
                 reach: 1,
             };
             let mut edge = Edge::default();
-            looker.look(&mut edge, 4, 5, 1);
+            looker.look(&mut edge, &Step { from: 4, cell: 5, count: 1, before: 0 }, false);
             [edge.up, edge.even, edge.down]
         };
         assert_eq!((seen(3.0), seen(-3.0)), ([0.0, 1.0, 0.0], [0.0, 1.0, 0.0]));

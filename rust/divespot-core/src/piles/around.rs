@@ -1,0 +1,146 @@
+//! The ground around an object: what its toe and its ring may lie in.
+//!
+//! An object stands on what surrounds it. What lies beyond a bank, a face or a cliff is other ground,
+//! and so is what an object touches along a small part of its foot alone, as a floor where a heap
+//! comes to the edge of its slab.
+
+use std::collections::BTreeMap;
+
+use super::territory::{FOUR, NOBODY, Territory};
+use crate::cancel::Polled;
+use crate::connectivity::components_joined;
+use crate::count::to_f64;
+use crate::heightmap::Grid;
+use crate::hypotenuse::Hypotenuse;
+use crate::material::{GENTLE, STEEPEST_POURED};
+
+/// So many standard deviations of the ground's noise are no cliff.
+const CLEAR: f64 = 6.0;
+/// Ground that an object touches is around it from this share of what it touches most.
+const SOME: f64 = 0.25;
+
+/// What may lie around an object.
+pub(crate) struct Around<'a> {
+    pub(crate) grid: &'a Grid,
+    pub(crate) heights_m: &'a [f64],
+    /// The cells that its toe or the ground around it may lie in.
+    pub(crate) open: Vec<bool>,
+    pub(crate) ground: &'a [bool],
+    pub(crate) noise_m: f64,
+}
+
+impl Around<'_> {
+    /// What lies around each object, up to so many steps away.
+    pub(crate) fn territory(&self, labels: &[i32], farthest: u32) -> Territory {
+        let goes_on =
+            |from: usize, to: usize| self.open[to] && !self.drops(from, to, STEEPEST_POURED);
+        let tells = |cell: usize| self.ground[cell] && !self.heights_m[cell].is_nan();
+        let mut territory = Territory::grow_along(self.grid, labels, goes_on, tells, farthest);
+        for cell in self.touched_little(labels, &territory) {
+            territory.owner[cell] = NOBODY;
+            territory.steps[cell] = u32::MAX;
+        }
+        territory
+    }
+
+    /// The cells of ground that objects touch along little of their foot.
+    fn touched_little(
+        &self,
+        labels: &[i32],
+        Territory { owner, last, .. }: &Territory,
+    ) -> Vec<usize> {
+        let told = |cell: usize| owner[cell] != NOBODY && labels[last[cell]] == NOBODY;
+        let joined =
+            |a: usize, b: usize| owner[a] == owner[b] && !self.drops(last[a], last[b], GENTLE);
+        let cells = (0..labels.len()).polled().map(told).collect();
+        let parts = components_joined(self.grid, cells, &FOUR, joined);
+        let is_foot = |cell: usize| {
+            let near = |&(dx, dy): &(isize, isize)| self.grid.neighbor(cell, dx, dy);
+            FOUR.iter().filter_map(near).any(|n| owner[n] == owner[cell] && !told(n))
+        };
+        let foot = |part: &Vec<usize>| part.iter().filter(|&&cell| is_foot(cell)).count();
+        let feet: Vec<usize> = parts.iter().map(foot).collect();
+        let mut most: BTreeMap<i32, usize> = BTreeMap::new();
+        for (part, &foot) in parts.iter().zip(&feet) {
+            let most = most.entry(owner[part[0]]).or_default();
+            *most = foot.max(*most);
+        }
+        let little = |(part, foot): &(Vec<usize>, usize)| {
+            to_f64(*foot) < SOME * to_f64(most[&owner[part[0]]])
+        };
+        parts.into_iter().zip(feet).filter(little).flat_map(|(part, _)| part).collect()
+    }
+
+    /// Whether the ground drops by more from a cell to another than it does over so steep a way and
+    /// a cell that holds the foot of something poured.
+    fn drops(&self, from: usize, to: usize, slope: f64) -> bool {
+        if !(self.ground[from] && self.ground[to]) {
+            return false;
+        }
+        let ([ax, ay], [bx, by]) = (self.grid.center(from), self.grid.center(to));
+        let way_m = slope * (ax - bx).hypotenuse(ay - by);
+        let drop_m = (self.heights_m[from] - self.heights_m[to]).abs();
+        drop_m > way_m + STEEPEST_POURED * self.grid.cell_m + CLEAR * self.noise_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::piles::found::Found;
+    use crate::piles::tests::{CELL, exact, settings};
+    use crate::piles::{NOBODY, Object, measure};
+
+    const HIGH: f64 = 0.1;
+
+    fn cone(x: f64, y: f64) -> f64 {
+        (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0)
+    }
+
+    fn is_slab(x: f64, y: f64) -> bool {
+        (x - 4.0).abs() < 1.6 && (y - 3.0).abs() < 1.6
+    }
+
+    /// A cone on a slab whose rim, as wide as a cell, is a bank but for gaps; its labels reach the
+    /// floor at one side, over so many cells.
+    fn on_slab(wide: f64, gap: impl Fn(f64, f64) -> bool) -> Object {
+        let rim = |x: f64, y: f64| {
+            is_slab(x, y) && ![-CELL, CELL].iter().all(|d| is_slab(x + d, y) && is_slab(x, y + d))
+        };
+        let heights = |x: f64, y: f64| match (rim(x, y), is_slab(x, y)) {
+            (true, _) if gap(x, y) => f64::NAN,
+            (true, _) => 0.5 * HIGH,
+            (_, on) => cone(x, y) + if on { HIGH } else { 0.0 },
+        };
+        let map = exact(heights);
+        let leak = |x: f64, y: f64| y > 4.0 && is_slab(x, y) && (x - 4.0).abs() < 0.5 * wide;
+        let at = |cell: usize| map.grid.center(cell);
+        let cells = 0..map.grid.len();
+        let labels = cells
+            .clone()
+            .map(at)
+            .map(|[x, y]| if cone(x, y) > 0.05 || leak(x, y) { 0 } else { NOBODY });
+        let labels: Vec<i32> = labels.collect();
+        let is_ground = |cell: usize| labels[cell] == NOBODY && !rim(at(cell)[0], at(cell)[1]);
+        let ground = cells.map(is_ground).collect();
+        let found = Found { ground, ..Found::on_all_else(labels.clone()) };
+        measure(&map.grid, &map.heights_m, &found, &settings()).unwrap().remove(0)
+    }
+
+    fn share(object: &Object) -> f64 {
+        (object.volume.cut_m3 - object.volume.fill_m3) / (std::f64::consts::PI * 1.44 * 0.6 / 3.0)
+    }
+
+    #[test]
+    fn a_heap_that_comes_to_the_edge_of_its_slab_stands_on_the_slab() {
+        for wide in [0.0, 0.5, 1.0] {
+            let object = on_slab(wide, |_, _| false);
+            assert!((share(&object) - 1.0).abs() < 0.02, "{wide}: {}", share(&object));
+        }
+    }
+
+    #[test]
+    fn a_cell_that_was_not_seen_is_no_way_through_a_bank() {
+        let object = on_slab(0.0, |x, y| (((x + y) / CELL) as i32) % 5 == 0);
+        assert!((share(&object) - 1.0).abs() < 0.02, "{}", share(&object));
+    }
+}
