@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot._arguments import require_kind, switch
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, NoFloorError
 from divespot.intake import load
 from divespot.io import UNITS
 from divespot.pipeline import measure_cloud
 from divespot.progress import Progress
 from divespot.results.alignment import align
-from divespot.results.comparison import Change, Comparison, Match, Place, changed
+from divespot.results.changes import comparison_of
 from divespot.results.crs_name import crs_name
-from divespot.results.pile_matching import labels, matched
-from divespot.results.telling import counted
+from divespot.results.detection import Spread
+from divespot.results.pile_matching import labels
 from divespot.settings import Settings
-from divespot.surface import NO_GROUND
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
+    from typing import TypeAlias
 
     from numpy.typing import NDArray
     from typing_extensions import Unpack
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from divespot._typed import Changes
     from divespot.doors import Report
     from divespot.intake import Cloud, Scannable, Source
-    from divespot.report import Pile
     from divespot.results.alignment import Alignment
+    from divespot.results.comparison import Comparison
 
-WITHOUT_GROUND = "no ground is in view: only what changed was measured, no pile of this scan"
+    Heights: TypeAlias = NDArray[np.float64]
 
 #: An earlier scan is raised where the plane is off by more than so many standard uncertainties.
 SURE = 2.0
@@ -54,7 +54,8 @@ def compare(
 
     Both are in one frame; x and y are taken as they are. In height the earlier scan is raised, and
     turned by what a plane allows, so that ground lies on ground where neither survey shows a pile
-    (see `divespot.results.alignment`); how sure that is goes into every u95.
+    (see `divespot.results.alignment`); how sure that is goes into every u95, and how much the two
+    differ where nothing changed (`divespot.results.detection`), which also tells change from none.
 
     Parameters
     ----------
@@ -97,35 +98,50 @@ def compare(
     clouds = runs[0]("read", load, before, s), runs[1]("read", load, after, s)
     _refuse_other_system(clouds[0].source, clouds[1].source)
     first, second = (_alone(cloud, s, run) for cloud, run in zip(clouds, runs, strict=True))
-    scale = (clouds[0].scale, clouds[0].scale, 1.0)
-    points = clouds[0].points * scale + clouds[0].origin_m
-    unit_m = UNITS[clouds[1].source.unit]
+    points = _in_scan(clouds[0], clouds[1].source)
     with TemporaryDirectory(prefix="divespot-") as folder:
         path = Path(folder) / "before.npy"
 
-        def held_against(earlier: NDArray[np.float64]) -> Report:
-            np.save(path, earlier / unit_m)
+        def held_against(earlier: Heights) -> Report:
+            np.save(path, earlier)
             run = Progress(_named(on_stage, "change"))
             found = measure_cloud(clouds[1], s.changed(base=f"surface={path}"), run)
             # The file is gone soon.
             return dataclasses.replace(found, settings=found.settings.changed(base=s.base))
 
         difference = held_against(points)
-        found = _alignment(first, second, difference)
+        grid = difference.level.height_map
+        found = align(_stable(first, second, difference), *grid.centers_m())
         aligned = is_wanted and _is_off(found)
         if aligned:
-            difference = held_against(_raised(points, found, difference))
-    return _comparison((first, second), clouds, difference, found, aligned=aligned)
+            points = _raised(points, found, difference)
+            difference = held_against(points)
+    still = _stable(first, second, difference)
+    seen = ~np.isnan(difference.level.height_map.heights_m - difference.level.base_m)
+    spread = Spread.of(still, grid.cell_m, float(seen.sum()) * grid.cell_m**2)
+    return comparison_of(
+        (first, second),
+        (clouds[0].source, clouds[1].source),
+        (points, _in_scan(clouds[1], clouds[1].source)),
+        difference,
+        found,
+        spread,
+        aligned=aligned,
+    )
+
+
+def _in_scan(cloud: Cloud, source: Source) -> Heights:
+    """Return a cloud's points in the frame of the scans, in the unit of one."""
+    metres = cloud.points * (cloud.scale, cloud.scale, 1.0) + cloud.origin_m
+    return np.asarray(metres / UNITS[source.unit])
 
 
 def _alone(cloud: Cloud, settings: Settings, run: Progress) -> Report | None:
     """Return the piles of one scan; None where no ground is in view that they could stand on."""
     try:
         return measure_cloud(cloud, settings, run)
-    except DivespotError as error:
-        if NO_GROUND in str(error):
-            return None
-        raise
+    except NoFloorError:
+        return None
 
 
 def _named(on_stage: Callable[[str], None] | None, what: str) -> Callable[[str], None] | None:
@@ -140,18 +156,19 @@ def _refuse_other_system(before: Source, after: Source) -> None:
         )
 
 
-def _alignment(before: Report | None, after: Report | None, difference: Report) -> Alignment:
-    """Align on the cells that both surveys call nothing but ground."""
+def _stable(before: Report | None, after: Report | None, difference: Report) -> Heights:
+    """Return the differences of the cells that both surveys call nothing but ground, NaN elsewhere.
+
+    Without ground in view in both, none is known.
+    """
     level = difference.level
-    frame, grid = level.frame, level.height_map
-    off = grid.heights_m - level.base_m
+    off: Heights = level.height_map.heights_m - level.base_m
     for report in (before, after):
         if report is None:
-            off[:] = math.nan
-            break
+            return np.full_like(off, math.nan)
         standing = (*report.piles, *report.other_objects)
-        off[labels(standing, frame, level) > 0] = math.nan
-    return align(off, *grid.centers_m())
+        off[labels(standing, level.frame, level) > 0] = math.nan
+    return off
 
 
 def _is_off(found: Alignment) -> bool:
@@ -161,121 +178,9 @@ def _is_off(found: Alignment) -> bool:
     return bool(found.blocks and (np.abs(values) > SURE * u).any())
 
 
-def _raised(
-    points_m: NDArray[np.float64], found: Alignment, difference: Report
-) -> NDArray[np.float64]:
+def _raised(points: Heights, found: Alignment, difference: Report) -> Heights:
     """Return the earlier scan's points, raised by the plane along up."""
     frame = difference.level.frame
-    level = frame.to_level(points_m / frame.metres)
+    level = frame.to_level(points)
     level[:, 2] += found.raise_m(level[:, 0], level[:, 1])
-    return frame.to_scan(level) * frame.metres
-
-
-def _comparison(
-    reports: tuple[Report | None, Report | None],
-    clouds: tuple[Cloud, Cloud],
-    difference: Report,
-    found: Alignment,
-    *,
-    aligned: bool,
-) -> Comparison:
-    level, frame = difference.level, difference.level.frame
-    before, after = (() if report is None else report.piles for report in reports)
-    was, is_now = (labels(piles, frame, level) for piles in (before, after))
-    at = labels(difference.piles, frame, level)
-    u_m3 = [_u_m3(pile, found, difference) for pile in difference.piles]
-    places = tuple(
-        _place(pile, u, _over(was, at == pile.id), _over(is_now, at == pile.id))
-        for pile, u in zip(difference.piles, u_m3, strict=True)
-    )
-    groups = matched(was, is_now, (len(before), len(after)))
-    pairs = list(zip(difference.piles, u_m3, strict=True))
-    gained = [pair for pair in pairs if pair[0].volume_m3 > 0.0]
-    lost = [pair for pair in pairs if pair[0].volume_m3 <= 0.0]
-    return Comparison(
-        before=reports[0],
-        after=reports[1],
-        sources=(clouds[0].source, clouds[1].source),
-        settings=difference.settings,
-        places=places,
-        piles=tuple(_match(group, before, after) for group in groups),
-        gain=_sum(gained),
-        loss=_sum(lost),
-        net=_sum(pairs),
-        alignment=found,
-        aligned=aligned,
-        warnings=(
-            *_warnings(reports, found, aligned=aligned),
-            *_not_counted(difference.other_objects),
-        ),
-    )
-
-
-def _sum(pairs: Sequence[tuple[Pile, float]]) -> Change:
-    return changed([pile for pile, _ in pairs], [u for _, u in pairs])
-
-
-def _u_m3(pile: Pile, found: Alignment, difference: Report) -> float:
-    """Return the standard uncertainty that the alignment leaves to a place's volume."""
-    x, y, _ = difference.level.frame.to_level(np.array([pile.centroid_m]))[0].tolist()
-    return found.u_m(x, y) * pile.footprint_m2
-
-
-def _over(numbers: NDArray[np.int64], place: NDArray[np.bool_]) -> tuple[int, ...]:
-    return tuple(np.unique(numbers[place & (numbers > 0)]).tolist())
-
-
-def _place(pile: Pile, u_m3: float, was: tuple[int, ...], is_now: tuple[int, ...]) -> Place:
-    return Place(
-        id=pile.id,
-        gain_m3=pile.cut_m3,
-        loss_m3=pile.fill_m3,
-        net=changed([pile], [u_m3]),
-        area_m2=pile.footprint_m2,
-        max_height_m=pile.max_height_m,
-        centroid_m=pile.centroid_m,
-        outline_m=pile.outline_m,
-        touches_edge=pile.touches_edge,
-        piles=is_now,
-        piles_before=was,
-    )
-
-
-def _match(
-    group: tuple[tuple[int, ...], tuple[int, ...]],
-    before: Sequence[Pile],
-    after: Sequence[Pile],
-) -> Match:
-    were = [before[i - 1] for i in group[0]]
-    are = [after[i - 1] for i in group[1]]
-    volumes = [sum(pile.volume_m3 for pile in piles) for piles in (were, are)]
-    u95 = math.hypot(*(pile.u95_m3 for pile in (*were, *are)))
-    return Match(*group, volumes[0], volumes[1], Change(volumes[1] - volumes[0], u95))
-
-
-def _warnings(
-    reports: tuple[Report | None, Report | None], found: Alignment, *, aligned: bool
-) -> tuple[str, ...]:
-    told = []
-    for name, report in zip(("before", "after"), reports, strict=True):
-        own = (WITHOUT_GROUND,) if report is None else report.warnings
-        told += [f"{name}: {text}" for text in own]
-    told.append("x and y were taken as they are: both scans must be in one frame")
-    if not found.blocks:
-        told.append(
-            "too little ground was seen in both scans to align them: heights were taken as they "
-            "are too, and u95 knows nothing of how well they fit"
-        )
-    elif aligned:
-        told.append(f"the earlier scan was raised by {found.offset_m:.2g} m to lie on the ground")
-    return tuple(told)
-
-
-def _not_counted(others: Sequence[Pile]) -> list[str]:
-    """Return a warning of what differs but is no bulk material that came or went."""
-    if not others:
-        return []
-    volume_m3 = sum(abs(item.volume_m3) for item in others)
-    reasons = ", ".join(dict.fromkeys(str(item.reason) for item in others))
-    places = counted(len(others), "place")
-    return [f"{places} that differ, {volume_m3:.2g} m³ in all, are not counted: {reasons}"]
+    return frame.to_scan(level)

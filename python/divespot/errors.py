@@ -29,6 +29,10 @@ class NoGroundError(DivespotError):
     status: Status = "no_ground"
 
 
+class NoFloorError(NoGroundError):
+    """The scan shows slopes alone, or what stands on something: no floor for piles."""
+
+
 class NothingSeenError(DivespotError):
     """Nothing is left of the scan: it is empty, or all its points mean no data."""
 

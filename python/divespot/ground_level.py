@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from divespot import _native
-from divespot.errors import NoGroundError
+from divespot.errors import NoFloorError
 from divespot.kernels import ground_height
 from divespot.lengths import by_noise
 from divespot.settings import given, needs_ground
@@ -70,7 +70,7 @@ def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[Grou
     else:
         ground = _surface_level(grid, height, scan, settings)
         if needs_ground(settings) and ground.is_ground is not None and not ground.is_ground.any():
-            raise NoGroundError(NO_GROUND)
+            raise NoFloorError(NO_GROUND)
     return ground, by_noise(settings, ground.noise_m)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.clusters import find_clusters
-from divespot.errors import NoGroundError
+from divespot.errors import NoFloorError
 from divespot.grid import HeightMap, height_map
 from divespot.settings import given, needs_ground
 
@@ -88,7 +88,7 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     is_apart = _apart(is_on, voxels, settings)
     is_on &= ~is_apart
     if not is_on.any():
-        raise NoGroundError(NO_GROUND)
+        raise NoFloorError(NO_GROUND)
     return Surface(points, is_on, is_apart)
 
 

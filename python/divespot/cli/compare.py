@@ -86,7 +86,8 @@ def show(found: Comparison, unit_name: str | None) -> None:
         show_table(_places(found, unit, per_m3, told))
         click.echo()
     for name in ("gain", "loss", "net"):
-        click.echo(f"{name}: {told(getattr(found, name))} {unit}")
+        change = getattr(found, name)
+        click.echo(f"{name}: {'none' if change.is_none else f'{told(change)} {unit}'}")
     click.echo(f"least height that is told from none: {found.alignment.detection_m:.2g} m")
 
 

@@ -5,17 +5,21 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from divespot import _native
 from divespot.report import COMMON, COVERAGE, finite
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from divespot.directions import Position
     from divespot.intake import Source
+    from divespot.level import Level
     from divespot.report import Pile, Report
     from divespot.results.alignment import Alignment
+    from divespot.results.detection import Spread
     from divespot.settings import Settings
 
 SCHEMA = "divespot.comparison/1"
@@ -23,10 +27,19 @@ SCHEMA = "divespot.comparison/1"
 
 @dataclass(frozen=True)
 class Change:
-    """A volume that was gained or, with a minus, lost."""
+    """A volume that was gained or, with a minus, lost.
+
+    Where no place is counted, how sure that is is not known: `u95_m3` is not a number, null in the
+    JSON. What is below the level of detection may have come and gone.
+    """
 
     volume_m3: float
     u95_m3: float
+
+    @property
+    def is_none(self) -> bool:
+        """Whether no place is counted."""
+        return math.isnan(self.u95_m3)
 
 
 @dataclass(frozen=True)
@@ -34,14 +47,16 @@ class Place:
     """A place where the later scan differs from the earlier one by more than can be told apart.
 
     `gain_m3` lies above the earlier surface, `loss_m3` below it; `net` is the one less the other,
-    with its uncertainty, that of the alignment included. `piles` are those of the later survey
-    that lie there, `piles_before` those of the earlier one. Positions are in the scan's frame.
+    with its uncertainty, that of the alignment included. A net change of less than `detection_m3`
+    may be none. `piles` are those of the later survey that lie there, `piles_before` those of the
+    earlier one. `reason` says why a place is not counted. Positions are in the scan's frame.
     """
 
     id: int
     gain_m3: float
     loss_m3: float
     net: Change
+    detection_m3: float
     area_m2: float
     max_height_m: float
     centroid_m: Position
@@ -49,6 +64,7 @@ class Place:
     touches_edge: bool
     piles: tuple[int, ...]
     piles_before: tuple[int, ...]
+    reason: str | None = None
 
 
 @dataclass(frozen=True)
@@ -76,8 +92,10 @@ class Comparison:
 
     `before` and `after` are their reports, None where no ground was in view; `settings` are those
     with which the change was measured.
-    `gain` are the places that gained, `loss` those that lost, `net` both. `aligned` says whether
-    the earlier scan was raised so that stable ground lies on stable ground.
+    `gain` are the places that gained, `loss` those that lost, `net` both; what of them is not
+    counted is in `not_counted`, with the reason. `aligned` says whether the earlier scan was raised
+    so that stable ground lies on stable ground, `spread` how far the two differ there. `scene` has
+    the heights of the later scan and, as base, of the earlier one.
     """
 
     before: Report | None
@@ -85,13 +103,16 @@ class Comparison:
     sources: tuple[Source, Source]
     settings: Settings
     places: tuple[Place, ...]
+    not_counted: tuple[Place, ...]
     piles: tuple[Match, ...]
     gain: Change
     loss: Change
     net: Change
     alignment: Alignment
+    spread: Spread
     aligned: bool
     warnings: tuple[str, ...]
+    scene: Level = field(repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison for JSON."""
@@ -105,8 +126,10 @@ class Comparison:
             "net": dataclasses.asdict(self.net),
             "detection_m": self.alignment.detection_m,
             "alignment": self._alignment(),
+            "spread": dataclasses.asdict(self.spread),
             "piles": [{"state": one.state, **dataclasses.asdict(one)} for one in self.piles],
             "places": [dataclasses.asdict(place) for place in self.places],
+            "not_counted": [dataclasses.asdict(place) for place in self.not_counted],
             "settings": dataclasses.asdict(self.settings),
             "warnings": list(self.warnings),
         }
@@ -132,10 +155,10 @@ def _survey(source: Source, report: Report | None) -> dict[str, Any]:
     return {"source": dataclasses.asdict(source), "total": total}
 
 
-def changed(piles: list[Pile], u_alignment_m3: list[float]) -> Change:
+def changed(piles: Sequence[Pile], u_alignment_m3: float, u_spread_m3: float) -> Change:
     """Add up places: what errs to the same side in all adds up linearly, the rest in squares."""
     common = [sum(getattr(pile.budget, term) for pile in piles) for term in COMMON]
     own = dict.fromkeys(COMMON, 0.0)
     rest = [dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles]
-    u = math.hypot(*common, *rest, sum(u_alignment_m3))
+    u = math.hypot(*common, *rest, u_alignment_m3, u_spread_m3)
     return Change(sum(pile.volume_m3 for pile in piles), COVERAGE * u)
