@@ -75,8 +75,8 @@ class Report(report.Report):
         Parameters
         ----------
         path
-            ``.json``, ``.csv``, ``.geojson``, ``.las``, ``.laz``; ``.tif`` for heights; ``.ply``
-            for meshes; ``.html`` or ``.pdf`` for a page to be read and signed; ``.png`` or
+            ``.json``, ``.csv``, ``.geojson``, ``.gpkg``, ``.las``, ``.laz``; ``.tif`` for heights;
+            ``.ply`` for meshes; ``.html`` or ``.pdf`` for a page to be read and signed; ``.png`` or
             ``.svg`` for the plan.
         force
             Overwrite a file that divespot did not write.

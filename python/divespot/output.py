@@ -29,10 +29,11 @@ PAGE = re.compile(
 )
 #: The application id in the header of a SQLite file.
 HISTORY = re.compile(rb"SQLite format 3\0.{52}dvsp", re.DOTALL)
+GEOPACKAGE = re.compile(rb"SQLite format 3\0.{52}GPKG.*written by divespot", re.DOTALL)
 DEM = re.compile(rb"(II\*\0|MM\0\*).*written by divespot", re.DOTALL)
 TABLE = re.compile(rb"time,scan,scan_unit,")
 #: Much of a file's beginning and end is looked at.
-_HEAD_BYTES, _TAIL_BYTES = 4096, 4096
+_HEAD_BYTES, _TAIL_BYTES = 32768, 4096
 
 
 @contextmanager

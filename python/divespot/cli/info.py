@@ -12,6 +12,7 @@ from divespot.cli.screen import file_name, tell
 from divespot.errors import printable, shortened
 from divespot.numbers import rounded
 from divespot.output import REPORT
+from divespot.results.crs_name import crs_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -102,7 +103,8 @@ def _place(position: Position) -> str:
 def _system(found: Info) -> str:
     if not found.crs:
         return "not stated"
-    text = shortened(printable(" ".join(found.crs.split())), LONGEST_SYSTEM)
+    name = crs_name(found.crs) or ""
+    text = shortened(printable(" ".join(name.split())), LONGEST_SYSTEM)
     return f"{text} (projected)" if found.projected else text
 
 

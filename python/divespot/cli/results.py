@@ -9,7 +9,7 @@ import click
 
 from divespot.cli.outputs import ends_in
 from divespot.errors import DivespotError
-from divespot.output import DEM, OUTLINES, PAGE, PICTURE, POINTS
+from divespot.output import DEM, GEOPACKAGE, OUTLINES, PAGE, PICTURE, POINTS
 
 if TYPE_CHECKING:
     import re
@@ -80,6 +80,12 @@ def _outlines(report: Report, path: str) -> None:
     save_outlines(report, path)
 
 
+def _gpkg(report: Report, path: str) -> None:
+    from divespot.results.geopackage import save_gpkg  # noqa: PLC0415 - needs the gis extra
+
+    save_gpkg(report, path)
+
+
 def _las(report: Report, path: str) -> None:
     from divespot.results.las_points import save_las  # noqa: PLC0415 - slow to import
 
@@ -131,6 +137,14 @@ FILES = (
         "write the piles' outlines with their figures as GeoJSON, for a GIS or --outline PATH",
         OUTLINES,
         _outlines,
+    ),
+    ResultFile(
+        ("--gpkg",),
+        "PATH.gpkg",
+        "write the outlines as a GeoPackage in the scan's reference system; needs the extra gis",
+        GEOPACKAGE,
+        _gpkg,
+        (".gpkg",),
     ),
     ResultFile(
         ("--las",),

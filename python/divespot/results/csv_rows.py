@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from divespot.errors import DivespotError, encodable
 from divespot.output import append_line, refuse_inputs, write_text
+from divespot.results.crs_name import crs_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -45,7 +46,7 @@ def rows_of(report: Report, time: str | None = None) -> list[dict[str, Any]]:
         "time": now() if time is None else time,
         "scan": encodable(source.path),
         "scan_unit": source.unit,
-        "crs": source.crs,
+        "crs": crs_name(source.crs),
     }
     if not report.piles:
         return [{**common, "material": report.settings.material, "remarks": NO_PILE}]

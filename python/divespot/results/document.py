@@ -271,6 +271,7 @@ def file_hash(path: str | None) -> str | None:
 
 def _settings(report: Report) -> tuple[tuple[str, str], ...]:
     values = dataclasses.asdict(report.settings)
+    values.update(values.pop("stages"))
     return tuple((name, _told(value)) for name, value in values.items() if value is not None)
 
 

@@ -62,11 +62,15 @@ def collection(report: Report) -> dict[str, Any]:
     }
 
 
+def attributes(pile: Pile) -> dict[str, Any]:
+    """Return the figures of a pile that its outline has as attributes."""
+    return {"pile": pile.id, **{k: v for k, v in vars(pile).items() if k not in _ELSEWHERE}}
+
+
 def _feature(pile: Pile) -> dict[str, Any]:
-    own = {name: value for name, value in vars(pile).items() if name not in _ELSEWHERE}
     return {
         "type": "Feature",
-        "properties": {"pile": pile.id, **own},
+        "properties": attributes(pile),
         "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
     }
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from divespot.errors import DivespotError
 from divespot.output import (
     DEM,
+    GEOPACKAGE,
     OUTLINES,
     PAGE,
     PICTURE,
@@ -21,6 +22,7 @@ from divespot.output import (
 from divespot.plot import save_picture
 from divespot.results.csv_rows import save_csv
 from divespot.results.dem import save_dem
+from divespot.results.geopackage import save_gpkg
 from divespot.results.las_points import save_las
 from divespot.results.mesh import save_mesh
 from divespot.results.outlines import save_outlines
@@ -56,6 +58,7 @@ WRITERS: dict[str, tuple[re.Pattern[bytes], Callable[[Report, Path], None]]] = {
     ".json": (REPORT, _json),
     ".csv": (TABLE, save_csv),
     ".geojson": (OUTLINES, save_outlines),
+    ".gpkg": (GEOPACKAGE, save_gpkg),
     **dict.fromkeys((".las", ".laz"), (POINTS, save_las)),
     ".ply": (POINTS, save_mesh),
     **dict.fromkeys((".tif", ".tiff"), (DEM, save_dem)),
