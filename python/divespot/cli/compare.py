@@ -8,6 +8,7 @@ import click
 
 from divespot.cli.options import Grouped, chosen_settings, setting_options
 from divespot.cli.outputs import STDOUT, check_outputs, force_option, json_option, write_json
+from divespot.cli.profile import profile_option
 from divespot.cli.screen import file_name, loudness_options, progress_line, tell
 from divespot.errors import printable
 from divespot.output import REPORT
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 @click.command(cls=Grouped)
 @click.argument("before", type=click.Path())
 @click.argument("after", type=click.Path())
+@profile_option
 @setting_options
 @json_option("write the comparison as JSON, - for stdout and nothing else there")
 @click.option("--show-unit", type=click.Choice(list(VOLUMES)), help="unit of the tables' volumes")
@@ -54,7 +56,8 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument an option
 
     settings = chosen_settings(ctx)
     outline = settings.outline if isinstance(settings.outline, str) else None
-    check_outputs({"--json": (json_file, REPORT)}, (before, after, outline), force=force)
+    read = before, after, outline, ctx.params["profile"]
+    check_outputs({"--json": (json_file, REPORT)}, read, force=force)
     with progress_line(f"comparing {file_name(after)}") as on_stage:
         found = run(before, after, settings, do_align=align, on_stage=on_stage)
     if json_file is not None:

@@ -21,6 +21,7 @@ from divespot.cli.outputs import (
     json_option,
     write_json,
 )
+from divespot.cli.profile import profile_option
 from divespot.cli.results import chosen_files, result_options
 from divespot.cli.screen import file_name, loudness_options, progress_line
 from divespot.cli.telling import show, show_failure, show_status, show_warnings
@@ -46,6 +47,7 @@ Files: TypeAlias = tuple[str, ...]
 
 @click.command(cls=Grouped)
 @click.argument("scans", metavar="SCAN...", type=click.Path(), nargs=-1, required=True)
+@profile_option
 @setting_options
 @click.option("--merge", is_flag=True, help="measure all SCANs as one survey: tiles, set-ups")
 @json_option(
@@ -142,7 +144,7 @@ def _check(given: Mapping[str, Any], settings: Settings, files: Mapping[ResultFi
     }
     base = BaseName.parse(settings.base)
     outline = settings.outline if isinstance(settings.outline, str) else None
-    read = (*given["scans"], outline, (base.path or None) if base else None)
+    read = (*given["scans"], given["profile"], outline, (base.path or None) if base else None)
     check_outputs(outputs, read, force=given["force"])
 
 

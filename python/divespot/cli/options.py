@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound="Callable[..., Any]")
 
 PRESETS: dict[str, Callable[[], Settings]] = {"default": Settings, "paper": Settings.paper}
+#: Whether an option was given: on the command line, or in a profile.
+GIVEN = (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)
+
 FIELDS = {item.name: item for item in dataclasses.fields(Settings) if item.name != "stages"}
 STAGES = {item.name: item for item in dataclasses.fields(Stages)}
 
@@ -123,7 +126,7 @@ def chosen_settings(ctx: click.Context) -> Settings:
     changes: Any = {
         name: ctx.params[name]
         for name in FIELDS | STAGES
-        if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if ctx.get_parameter_source(name) in GIVEN
     }
     inner = [name for name in changes if name in STAGES]
     if inner and ctx.params["preset"] != "paper":
