@@ -199,7 +199,7 @@ def test_a_mesh_of_no_pile_is_empty(tmp_path: Path) -> None:
 
 
 def test_one_command_writes_every_output(flight: Path, tmp_path: Path) -> None:
-    for extra in ("matplotlib", "jinja2", "plotly", "typst", "rasterio"):
+    for extra in ("matplotlib", "jinja2", "plotly", "typst", "rasterio", "pyogrio"):
         pytest.importorskip(extra)
     endings = {"save_base": ".ply", "geojson": ".geojson"}
     outputs = [

@@ -30,11 +30,11 @@ from divespot.stages import Stages
 
 if TYPE_CHECKING:
     from divespot.comparing import compare
-    from divespot.results.comparison import Comparison
+    from divespot.doors import Comparison
 
 #: What is imported when it is first asked for.
 _LATER = {
-    "Comparison": "divespot.results.comparison",
+    "Comparison": "divespot.doors",
     "compare": "divespot.comparing",
 }
 

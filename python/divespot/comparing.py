@@ -30,10 +30,9 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from divespot._typed import Changes
-    from divespot.doors import Report
+    from divespot.doors import Comparison, Report
     from divespot.intake import Cloud, Scannable, Source
     from divespot.results.alignment import Alignment
-    from divespot.results.comparison import Comparison
 
     Heights: TypeAlias = NDArray[np.float64]
 

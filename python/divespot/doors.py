@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from divespot import report
+from divespot.results import comparison
 
 if TYPE_CHECKING:
     import os
@@ -90,3 +91,51 @@ class Report(report.Report):
         from divespot.results.saving import save  # noqa: PLC0415 - as above
 
         save(self, path, force=force)
+
+
+class Comparison(comparison.Comparison):
+    """The result of `divespot.compare`: `divespot.results.comparison`, and its ways out."""
+
+    def __repr__(self) -> str:
+        from divespot.results.change_document import told  # noqa: PLC0415 - slow to import
+
+        return told(self)
+
+    def plot(self) -> Figure:
+        """Draw the plan of what came and went.
+
+        Raises
+        ------
+        DivespotError
+            matplotlib is not installed.
+
+        """
+        from divespot.results.change_report import change_figure  # noqa: PLC0415 - as above
+
+        return change_figure(self)
+
+    def save(
+        self, path: str | os.PathLike[str], *, site: str | None = None, force: bool = False
+    ) -> None:
+        """Write the comparison; the ending of the path says as what.
+
+        Parameters
+        ----------
+        path
+            ``.json``; ``.geojson`` or ``.gpkg`` for the places' outlines; ``.tif`` for both
+            surfaces and their difference; ``.html`` or ``.pdf`` for a page to be read and signed;
+            ``.png`` or ``.svg`` for the plan.
+        site
+            What the place is called, for the page.
+        force
+            Overwrite a file that divespot did not write.
+
+        Raises
+        ------
+        DivespotError
+            Another ending, an extra that is not installed, or a file that is not to be overwritten.
+
+        """
+        from divespot.results.change_report import save_change  # noqa: PLC0415 - as above
+
+        save_change(self, path, site=site, force=force)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from divespot.cli.change_files import FILES, change_options
 from divespot.cli.options import Grouped, chosen_settings, setting_options
 from divespot.cli.outputs import STDOUT, check_outputs, force_option, json_option, write_json
 from divespot.cli.profile import profile_option
@@ -15,8 +16,11 @@ from divespot.output import REPORT
 from divespot.results.show_units import VOLUMES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from divespot.cli.table import Table
-    from divespot.results.comparison import Change, Comparison
+    from divespot.results.change_document import Unit
+    from divespot.results.comparison import Comparison
 
 
 @click.command(cls=Grouped)
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
 @profile_option
 @setting_options
 @json_option("write the comparison as JSON, - for stdout and nothing else there")
+@click.option("--site", default="", help="name of the place, for --report")
 @click.option("--show-unit", type=click.Choice(list(VOLUMES)), help="unit of the tables' volumes")
 @click.option(
     "--align/--no-align",
@@ -32,6 +37,7 @@ if TYPE_CHECKING:
     help="raise the earlier scan so that ground that did not change lies on itself; off: heights "
     "are taken as they are  [default: on]",
 )
+@change_options
 @loudness_options
 @force_option
 @click.pass_context
@@ -41,6 +47,7 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument an option
     before: str,
     after: str,
     json_file: str | None,
+    site: str,
     show_unit: str | None,
     align: bool,  # noqa: FBT001 - click's call
     quiet: bool,  # noqa: FBT001 - as above
@@ -56,79 +63,87 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument an option
 
     settings = chosen_settings(ctx)
     outline = settings.outline if isinstance(settings.outline, str) else None
+    files = {item: ctx.params[item.name] for item in FILES if ctx.params[item.name] is not None}
+    outputs = {item.flag: (path, item.own) for item, path in files.items()}
     read = before, after, outline, ctx.params["profile"]
-    check_outputs({"--json": (json_file, REPORT)}, read, force=force)
+    check_outputs({"--json": (json_file, REPORT), **outputs}, read, force=force)
     with progress_line(f"comparing {file_name(after)}") as on_stage:
         found = run(before, after, settings, do_align=align, on_stage=on_stage)
     if json_file is not None:
         write_json(json_file, found.to_json())
-    if quiet:
-        return
-    for warning in found.warnings:
-        tell(f"divespot: warning: {printable(warning)}")
-    if json_file != STDOUT:
+    if not quiet:
+        for warning in found.warnings:
+            tell(f"divespot: warning: {printable(warning)}")
+    if not quiet and json_file != STDOUT:
         show(found, show_unit)
+    if files:
+        _save(found, files.values(), site, show_unit)
+
+
+def _save(found: Comparison, paths: Iterable[str], site: str, unit_name: str | None) -> None:
+    from divespot.results.change_document import Unit  # noqa: PLC0415 - slow to import
+    from divespot.results.change_report import save_change  # noqa: PLC0415 - needs extras
+
+    for path in paths:  # which were checked before anything was measured
+        save_change(found, path, site=site or None, unit=Unit.of(found, unit_name), force=True)
 
 
 def show(found: Comparison, unit_name: str | None) -> None:
     """Print a comparison for people."""
     from divespot.cli.table import show_table  # noqa: PLC0415 - slow to import
-    from divespot.numbers import volume_unit, with_uncertainty  # noqa: PLC0415 - as above
+    from divespot.results.change_document import Unit  # noqa: PLC0415 - as above
 
-    volumes = [abs(place.net.volume_m3) for place in found.places]
-    volumes += [max(one.volume_before_m3, one.volume_after_m3) for one in found.piles]
-    unit, per_m3 = VOLUMES[unit_name] if unit_name else volume_unit(max(volumes, default=1.0))
-
-    def told(change: Change) -> str:
-        return with_uncertainty(per_m3 * change.volume_m3, per_m3 * change.u95_m3)
-
+    unit = Unit.of(found, unit_name)
     if found.piles:
-        show_table(_piles(found, unit, per_m3, told))
+        show_table(_piles(found, unit))
         click.echo()
     if found.places:
-        show_table(_places(found, unit, per_m3, told))
+        show_table(_places(found, unit))
         click.echo()
     for name in ("gain", "loss", "net"):
         change = getattr(found, name)
-        click.echo(f"{name}: {'none' if change.is_none else f'{told(change)} {unit}'}")
+        told = "none" if change.is_none else f"{unit.told(change)} {unit.sign}"
+        click.echo(f"{name}: {told}")
     click.echo(f"least height that is told from none: {found.alignment.detection_m:.2g} m")
 
 
-def _piles(found: Comparison, unit: str, per_m3: float, told: Any) -> Table:  # noqa: ANN401
+def _piles(found: Comparison, unit: Unit) -> Table:
     from divespot.cli.table import Table  # noqa: PLC0415 - slow to import
     from divespot.numbers import rounded  # noqa: PLC0415 - as above
+    from divespot.results.change_document import numbers  # noqa: PLC0415 - as above
 
-    names = ("pile", f"before {unit}", f"after {unit}", f"change {unit}", "was", "")
-    table = Table(names, text=True)
+    sign, per_m3 = unit.sign, unit.per_m3
+    table = Table(
+        ("pile", f"before {sign}", f"after {sign}", f"change {sign}", "was", ""), text=True
+    )
     for one in found.piles:
         table.add_row(
-            _numbers(one.after),
+            numbers(one.after),
             rounded(per_m3 * one.volume_before_m3, 4),
             rounded(per_m3 * one.volume_after_m3, 4),
-            told(one.change),
-            _numbers(one.before),
+            unit.told(one.change),
+            numbers(one.before),
             one.state,
         )
     return table
 
 
-def _places(found: Comparison, unit: str, per_m3: float, told: Any) -> Table:  # noqa: ANN401
+def _places(found: Comparison, unit: Unit) -> Table:
     from divespot.cli.table import Table  # noqa: PLC0415 - slow to import
     from divespot.numbers import rounded  # noqa: PLC0415 - as above
+    from divespot.results.change_document import numbers  # noqa: PLC0415 - as above
 
-    names = ("place", f"gain {unit}", f"loss {unit}", f"net {unit}", "area m²", "on pile")
-    table = Table(names, text=True)
+    volumes = (f"{name} {unit.sign}" for name in ("gain", "loss", "net", "limit"))
+    table = Table(("place", *volumes, "area m²", "on pile", "was"), text=True)
     for one in found.places:
         table.add_row(
             str(one.id),
-            rounded(per_m3 * one.gain_m3),
-            rounded(per_m3 * one.loss_m3),
-            told(one.net),
+            unit.rounded(one.gain_m3),
+            unit.rounded(one.loss_m3),
+            unit.told(one.net),
+            rounded(unit.per_m3 * one.detection_m3, 2),
             rounded(one.area_m2),
-            _numbers(one.piles or one.piles_before),
+            numbers(one.piles),
+            numbers(one.piles_before),
         )
     return table
-
-
-def _numbers(ids: tuple[int, ...]) -> str:
-    return ", ".join(map(str, ids)) or "-"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot.results.comparison import Change, Comparison, Match, Place, changed
+from divespot.doors import Comparison
+from divespot.results.comparison import Change, Match, Place, changed
 from divespot.results.pile_matching import labels, matched
 from divespot.results.place_maps import inner, things, tops_m
 from divespot.results.telling import counted

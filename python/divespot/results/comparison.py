@@ -86,7 +86,7 @@ class Match:
         return "in both" if self.before and self.after else "new" if self.after else "gone"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Two surveys of a place.
 
@@ -113,6 +113,22 @@ class Comparison:
     aligned: bool
     warnings: tuple[str, ...]
     scene: Level = field(repr=False, compare=False)
+
+    @property
+    def level(self) -> Level:
+        """The heights of the later scan and, as base, of the earlier one."""
+        return self.scene
+
+    @property
+    def source(self) -> Source:
+        """Where the points of the later scan came from: places are in its frame and unit."""
+        return self.sources[1]
+
+    @property
+    def inputs(self) -> tuple[str | None, ...]:
+        """Paths of all that was read: no output may take their place."""
+        paths = (path for source in self.sources for path in (source.path, *source.files))
+        return *paths, self.settings.outline if isinstance(self.settings.outline, str) else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison for JSON."""

@@ -15,8 +15,11 @@ from divespot.results.plan_frame import PlanFrame
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Iterable
 
     from numpy.typing import NDArray
+
+    from divespot.results.plan_frame import Placed
 
 ENDINGS = (".tif", ".tiff")
 
@@ -41,18 +44,28 @@ def save_dem(report: Report, path: str | os.PathLike[str]) -> None:
 
     """
     require_kind("report", report, Report)
+    save_heights(report, path, BANDS, report.inputs)
+
+
+def save_heights(
+    report: Placed,
+    path: str | os.PathLike[str],
+    bands: tuple[str, str, str],
+    inputs: Iterable[str | None],
+) -> None:
+    """Write heights, those of the base, and their difference under these names (see `save_dem`)."""
     if not str(path).lower().endswith(ENDINGS):
         raise DivespotError(f"{path}: heights are written as one of {', '.join(ENDINGS)}")
-    refuse_inputs(path, "the heights", report.inputs)
+    refuse_inputs(path, "the heights", inputs)
     frame = PlanFrame.of(report)
     if not frame.is_scan:
         raise DivespotError(f"{path}: x and y of the scan are no plan of its ground: no raster")
-    data = _written(report, frame)
+    data = _written(report, frame, bands)
     with whole(path) as stream:
         stream.write(data)
 
 
-def _written(report: Report, frame: PlanFrame) -> bytes:
+def _written(report: Placed, frame: PlanFrame, names: tuple[str, str, str]) -> bytes:
     need = "a raster of heights needs rasterio"
     rasterio = extra("rasterio", "raster", need)
     memory = extra("rasterio.io", "raster", need).MemoryFile()
@@ -62,7 +75,7 @@ def _written(report: Report, frame: PlanFrame) -> bytes:
     with memory, rasterio.Env(GDAL_PAM_ENABLED="NO"):
         with memory.open(
             driver="GTiff",
-            count=len(BANDS),
+            count=len(names),
             height=rows,
             width=columns,
             dtype="float32",
@@ -71,13 +84,13 @@ def _written(report: Report, frame: PlanFrame) -> bytes:
             **look,
         ) as raster:
             raster.write(bands)
-            raster.descriptions = BANDS
-            raster.units = (frame.unit,) * len(BANDS)
+            raster.descriptions = names
+            raster.units = (frame.unit,) * len(names)
             raster.update_tags(TIFFTAG_SOFTWARE=MARK, AREA_OR_POINT="Area")
         return bytes(memory.read())
 
 
-def _bands(report: Report) -> NDArray[np.float32]:
+def _bands(report: Placed) -> NDArray[np.float32]:
     """Return the bands, the northernmost row first."""
     level = report.level
     x, y = level.height_map.centers_m()
@@ -96,7 +109,7 @@ def _transform(frame: PlanFrame, rows: int) -> Any:  # noqa: ANN401 - of a packa
     return affine(a, -c, e + rows * c, b, -d, f + rows * d)
 
 
-def _system(report: Report) -> Any:  # noqa: ANN401 - as above
+def _system(report: Placed) -> Any:  # noqa: ANN401 - as above
     """Return the scan's coordinate system; None where it has none that GDAL knows."""
     crs = extra("rasterio.crs", "raster", "a raster of heights needs rasterio").CRS
     if not report.source.crs:

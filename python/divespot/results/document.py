@@ -26,7 +26,9 @@ from divespot.results.wording import texts
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from divespot.intake import Source
     from divespot.report import Pile, Report, Total
+    from divespot.settings import Settings
 
 T = TypeVar("T")
 
@@ -106,20 +108,20 @@ class Document:
         return cls(
             texts=words,
             title=printable(survey.site or Path(scan_name(report)).stem),
-            facts=_facts(report, _date(date), words),
+            facts=_facts(report, day_of(date), words),
             piles=_piles(report, shown, words),
             trust=trust_sentence(report, shown, words),
             change=_change(report, shown, survey, words),
             filled=_filled(report, shown, words),
             left_out=_left_out(report, shown, words),
             warnings=tuple(map(printable, report.warnings)),
-            provenance=_provenance(report, _date(date), words),
-            settings=_settings(report),
+            provenance=_provenance(report, day_of(date), words),
+            settings=settings_told(report.settings),
             more_sections=more if count > most_sections else None,
         )
 
 
-def _date(time: str) -> str:
+def day_of(time: str) -> str:
     """Return an ISO 8601 time for people."""
     return time.replace("T", " ").replace("+00:00", " UTC")
 
@@ -238,21 +240,26 @@ def _left_out(report: Report, shown: Shown, words: Mapping[str, Any]) -> Table |
 
 def _provenance(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     source = report.source
-    of_files = [
-        (
-            (words["file"], printable(p or "-")),
-            (words["sha256"], file_hash(p) or words["sha256_none"]),
-        )
-        for p in source.files or (source.path,)
-    ]
     return (
-        *chain.from_iterable(of_files),
+        *files_told(report.source, words),
         (words["version"], _native.__version__),
         (words["seed"], str(report.seed)),
         (words["measured_on"], date),
         (words["dropped"], f"{source.dropped_nonfinite + source.dropped_zero:,}"),
         (words["base_rule"], printable(report.settings.base)),
     )
+
+
+def files_told(source: Source, words: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return each file of a scan and its hash."""
+    of_files = (
+        (
+            (words["file"], printable(p or "-")),
+            (words["sha256"], file_hash(p) or words["sha256_none"]),
+        )
+        for p in source.files or (source.path,)
+    )
+    return list(chain.from_iterable(of_files))
 
 
 def file_hash(path: str | None) -> str | None:
@@ -269,8 +276,9 @@ def file_hash(path: str | None) -> str | None:
     return digest.hexdigest()
 
 
-def _settings(report: Report) -> tuple[tuple[str, str], ...]:
-    values = dataclasses.asdict(report.settings)
+def settings_told(settings: Settings) -> tuple[tuple[str, str], ...]:
+    """Return the settings in force, those of the stages among them."""
+    values = dataclasses.asdict(settings)
     values.update(values.pop("stages"))
     return tuple((name, _told(value)) for name, value in values.items() if value is not None)
 

@@ -44,9 +44,8 @@ def html_report(report: Report, survey: Survey | None = None) -> str:
     extra("matplotlib", "report", NEED.format("matplotlib"))
     survey = survey or Survey()
     doc = Document.of(report, survey, MOST_SECTIONS)
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     safe = jinja2.utils.markupsafe.Markup
-    page = environment.from_string(_file("report.html.j2"))
+    page = template("report.html.j2")
     known = _drawn(report, doc) if report.scene is not None else {}
     if survey.past:
         curve = history_svg(survey.with_now(report), Shown.of(report))
@@ -56,8 +55,8 @@ def html_report(report: Report, survey: Survey | None = None) -> str:
             doc=doc,
             t=doc.texts,
             version=_native.__version__,
-            css=safe(_file("report.css")),
-            report_json=safe(_in_script(report.to_json(indent=None))),
+            css=safe(template_text("report.css")),
+            report_json=safe(in_script(report.to_json(indent=None))),
             **{
                 name: safe(value) if isinstance(value, str) else value
                 for name, value in known.items()
@@ -81,9 +80,9 @@ def _drawn(report: Report, doc: Document) -> dict[str, Any]:
             for (pile, _), drawing in zip(drawings, on_page[1:], strict=True)
         ],
         "budget": themed(numbered(bars, len(on_page))),
-        "scene": _in_script(json.dumps(scene(report))),
+        "scene": in_script(json.dumps(scene(report))),
         "plotly": _plotly(),
-        "view": _file("view.js").replace("WORDS", _in_script(words)),
+        "view": template_text("view.js").replace("WORDS", in_script(words)),
     }
 
 
@@ -98,10 +97,18 @@ def _plotly() -> str:
     return b64encode(gzip.compress(script, compresslevel=6, mtime=0)).decode()
 
 
-def _in_script(text: str) -> str:
+def template(name: str) -> Any:  # noqa: ANN401 - of Jinja2, which may be absent
+    """Return a template of a page."""
+    jinja2 = extra("jinja2", "report", NEED.format("Jinja2"))
+    loader = jinja2.FunctionLoader(template_text)
+    return jinja2.Environment(autoescape=True, trim_blocks=True, loader=loader).get_template(name)
+
+
+def in_script(text: str) -> str:
     """Return JSON that no tag within can end."""
     return text.replace("<", "\\u003c")
 
 
-def _file(name: str) -> str:
+def template_text(name: str) -> str:
+    """Return a file of the templates."""
     return files("divespot.results").joinpath("templates", name).read_text("utf-8")

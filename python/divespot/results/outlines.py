@@ -12,8 +12,10 @@ from divespot.results.crs_name import crs_name, epsg
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Iterable
 
     from divespot.directions import Position
+    from divespot.intake import Source
     from divespot.report import Pile
 
 #: What of a pile is no attribute of its outline.
@@ -48,17 +50,25 @@ def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
 
 
 def collection(report: Report) -> dict[str, Any]:
-    """Return the outlines as a GeoJSON FeatureCollection."""
-    code = epsg(report.source.crs)
+    """Return the piles' outlines as a GeoJSON FeatureCollection."""
+    piles = (pile for pile in report.piles if pile.outline_m)
+    return of_lines([(attributes(pile), pile.outline_m) for pile in piles], report.source)
+
+
+def of_lines(
+    features: Iterable[tuple[dict[str, Any], tuple[Position, ...]]], source: Source
+) -> dict[str, Any]:
+    """Return outlines with their attributes as a GeoJSON FeatureCollection."""
+    code = epsg(source.crs)
     named = {"name": f"urn:ogc:def:crs:EPSG::{code}"}
     return {
         "type": "FeatureCollection",
         "generator": "divespot",
         **({} if code is None else {"crs": {"type": "name", "properties": named}}),
-        "scan": report.source.path,
-        "scan_unit": report.source.unit,
-        "scan_crs": crs_name(report.source.crs),
-        "features": [_feature(pile) for pile in report.piles if pile.outline_m],
+        "scan": source.path,
+        "scan_unit": source.unit,
+        "scan_crs": crs_name(source.crs),
+        "features": [_feature(about, line) for about, line in features],
     }
 
 
@@ -67,11 +77,11 @@ def attributes(pile: Pile) -> dict[str, Any]:
     return {"pile": pile.id, **{k: v for k, v in vars(pile).items() if k not in _ELSEWHERE}}
 
 
-def _feature(pile: Pile) -> dict[str, Any]:
+def _feature(about: dict[str, Any], line: tuple[Position, ...]) -> dict[str, Any]:
     return {
         "type": "Feature",
-        "properties": attributes(pile),
-        "geometry": {"type": "Polygon", "coordinates": [_closed(pile.outline_m)]},
+        "properties": about,
+        "geometry": {"type": "Polygon", "coordinates": [_closed(line)]},
     }
 
 

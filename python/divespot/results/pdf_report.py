@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,13 +18,15 @@ from divespot.results.drawings import MOST_SECTIONS, budget_svg, history_svg, pl
 from divespot.results.show_units import Shown
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from divespot.report import Report
 
 #: By its end a later run knows its own files; see `divespot.output.PAGE`. Readers pass over it.
 MARK = b"\n% written by divespot\n"
 
 #: Columns of texts in tables; all others are of numbers.
-_WORDS = ("pile", "object", "name", "reason", "remarks")
+_WORDS = ("pile", "object", "name", "reason", "remarks", "place", "change_total", "state")
 
 
 def pdf_report(report: Report, survey: Survey | None = None) -> bytes:
@@ -35,31 +38,53 @@ def pdf_report(report: Report, survey: Survey | None = None) -> bytes:
         The extra ``report`` is not installed.
 
     """
-    typst = extra("typst", "report", "a report as PDF needs typst")
-    matplotlib = extra("matplotlib", "report", "a report as PDF needs matplotlib")
+    needed()
     survey = survey or Survey()
     doc = Document.of(report, survey, MOST_SECTIONS)
+    drawings = _draw(report, doc) if report.scene is not None else Drawings({}, {})
+    if survey.past:
+        curve = history_svg(survey.with_now(report), Shown.of(report))
+        drawings.files["history.svg"] = curve
+    told = {**_NOTHING_DRAWN, **_told(doc), **drawings.told, "history": bool(survey.past)}
+    return typeset("report.typ", told, drawings.files)
+
+
+def needed() -> tuple[Any, Any]:
+    """Return typst and matplotlib."""
+    typst = extra("typst", "report", "a report as PDF needs typst")
+    return typst, extra("matplotlib", "report", "a report as PDF needs matplotlib")
+
+
+def typeset(template: str, told: Mapping[str, Any], drawings: Mapping[str, str]) -> bytes:
+    """Return what a template makes of texts and drawings."""
+    typst, matplotlib = needed()
     with TemporaryDirectory(prefix="divespot-") as folder:
         place = Path(folder)
-        drawn = _draw(report, doc, place) if report.scene is not None else {}
-        if survey.past:
-            curve = history_svg(survey.with_now(report), Shown.of(report))
-            (place / "history.svg").write_text(curve, encoding="utf-8")
-        template = files("divespot.results").joinpath("templates", "report.typ")
-        (place / "report.typ").write_bytes(template.read_bytes())
-        told = json.dumps({**_NOTHING_DRAWN, **_told(doc), **drawn, "history": bool(survey.past)})
-        (place / "report.json").write_text(told, encoding="utf-8")
+        for name in ("parts.typ", template):
+            text = files("divespot.results").joinpath("templates", name).read_bytes()
+            (place / name).write_bytes(text)
+        for name, drawing in drawings.items():
+            (place / name).write_text(drawing, encoding="utf-8")
+        (place / "report.json").write_text(json.dumps(told), encoding="utf-8")
         # The drawings' letters come with matplotlib; no machine need have fonts.
         fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-        pdf: bytes = typst.compile(place / "report.typ", root=place, font_paths=[fonts])
+        pdf: bytes = typst.compile(place / template, root=place, font_paths=[fonts])
     return pdf + MARK
+
+
+@dataclass(frozen=True)
+class Drawings:
+    """Drawings by the names of their files, and what the template is told of them."""
+
+    files: dict[str, str]
+    told: dict[str, Any]
 
 
 _NOTHING_DRAWN: dict[str, Any] = {"plan": False, "budget": False, "sections": []}
 
 
-def _draw(report: Report, doc: Document, place: Path) -> dict[str, Any]:
-    """Write the drawings beside the template; return which there are."""
+def _draw(report: Report, doc: Document) -> Drawings:
+    """Return the drawings of a report's heights."""
     words = doc.texts
     drawings = {"plan.svg": plan_svg(report)}
     if report.piles:
@@ -70,9 +95,7 @@ def _draw(report: Report, doc: Document, place: Path) -> dict[str, Any]:
         name = f"{words['pile']} {pile.id}" + (f": {printable(pile.name)}" if pile.name else "")
         sections.append((name, file))
         drawings[file] = drawing
-    for file, drawing in drawings.items():
-        (place / file).write_text(drawing, encoding="utf-8")
-    return {"plan": True, "budget": bool(report.piles), "sections": sections}
+    return Drawings(drawings, {"plan": True, "budget": bool(report.piles), "sections": sections})
 
 
 def _told(doc: Document) -> dict[str, Any]:
@@ -80,12 +103,22 @@ def _told(doc: Document) -> dict[str, Any]:
     plain = ("title", "facts", "trust", "change", "warnings", "settings")
     return {
         **{name: getattr(doc, name) for name in (*plain, "more_sections")},
-        "texts": doc.texts,
-        "provenance": [(name, _breakable(value)) for name, value in doc.provenance],
-        "footer": doc.texts["footer_paper"].format(version=_native.__version__),
-        "piles": _cells(doc.piles, doc),
-        "filled": None if doc.filled is None else _cells(doc.filled, doc),
-        "left_out": None if doc.left_out is None else _cells(doc.left_out, doc),
+        **common(doc.texts, doc.provenance, doc.texts["title"]),
+        "piles": cells(doc.piles, doc.texts),
+        "filled": None if doc.filled is None else cells(doc.filled, doc.texts),
+        "left_out": None if doc.left_out is None else cells(doc.left_out, doc.texts),
+    }
+
+
+def common(
+    words: Mapping[str, Any], provenance: Iterable[tuple[str, str]], kind: str
+) -> dict[str, Any]:
+    """Return what every template sets."""
+    return {
+        "kind": kind,
+        "texts": words,
+        "provenance": [(name, _breakable(value)) for name, value in provenance],
+        "footer": words["footer_paper"].format(version=_native.__version__),
     }
 
 
@@ -94,11 +127,12 @@ def _breakable(text: str) -> str:
     return re.sub(r"(\S{12})(?=\S)", "\\1\u200b", text)
 
 
-def _cells(table: Table, doc: Document) -> dict[str, Any]:
-    words = {doc.texts[name] for name in _WORDS}
+def cells(table: Table, words: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table as the templates take it."""
+    left = {words[name] for name in _WORDS}
     return {
         "header": table.header,
         "rows": [[cell.text for cell in row] for row in table.rows],
         "total": [cell.text for cell in table.total],
-        "left": [i for i, name in enumerate(table.header) if name in words],
+        "left": [i for i, name in enumerate(table.header) if name in left],
     }

@@ -49,8 +49,17 @@ def draw_plan(report: Report, title: str = "", width_in: float = 8.0) -> Figure:
         matplotlib is not installed, or the report is from JSON.
 
     """
-    need = "a picture needs matplotlib"
     frame = PlanFrame.of(report)
+    figure, axes = blank_plan(frame, title, width_in)
+    _draw_heights(axes, report, frame)
+    draw_frame(axes, frame)
+    finish_plan(axes, _draw_outlines(axes, report, frame))
+    return figure
+
+
+def blank_plan(frame: PlanFrame, title: str, width_in: float) -> tuple[Figure, Axes]:
+    """Return a figure with axes that hold the whole map."""
+    need = "a picture needs matplotlib"
     low, high = frame.corners().min(axis=0), frame.corners().max(axis=0)
     figure: Figure = extra("matplotlib.figure", "plot", need).Figure(
         figsize=_size_in(float((high - low)[1] / (high - low)[0]), width_in), layout="constrained"
@@ -61,14 +70,18 @@ def draw_plan(report: Report, title: str = "", width_in: float = 8.0) -> Figure:
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
     axes.set_aspect("equal")
     axes.set_title(title, color=INK, fontsize=12, loc="left")
-    _draw_heights(axes, report, frame)
-    _draw_frame(axes, frame)
-    labels = _draw_outlines(axes, report, frame)
-    _draw_legend(axes)
+    return figure, axes
+
+
+def finish_plan(axes: Axes, labels: list[Label]) -> None:
+    """Add the legend, and the labels where there is room."""
+    if axes.get_legend_handles_labels()[0]:
+        box = axes.legend(loc="lower right", fontsize=8, labelcolor=INK, framealpha=0.8)
+        box.get_frame().set(facecolor=PAPER, linewidth=0)
+    figure: Any = axes.figure
     figure.draw_without_rendering()  # places what the labels must fit between
     figure.set_layout_engine("none")
     place_labels(axes, labels)
-    return figure
 
 
 def _size_in(ratio: float, width_in: float) -> tuple[float, float]:
@@ -95,19 +108,28 @@ def top_m(report: Report) -> float:
 def _draw_heights(axes: Axes, report: Report, frame: PlanFrame) -> None:
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415 - an extra
     from matplotlib.colors import Normalize  # noqa: PLC0415 - as above
-    from matplotlib.patches import Polygon  # noqa: PLC0415 - as above
-    from matplotlib.transforms import Affine2D  # noqa: PLC0415 - as above
 
     heights = above_ground_m(report)
     norm = Normalize(0.0, top_m(report))
     image = _shaded(heights, report.level.height_map.cell_m, norm)
-    rows, columns = heights.shape
-    unseen = Polygon(
-        frame.corners(), facecolor="none", edgecolor=HATCH, hatch="////", linewidth=0, zorder=0
-    )
-    if np.isnan(heights).any():
-        unseen.set_label("not seen")
-        axes.add_patch(unseen)
+    draw_cells(axes, image, np.isnan(heights), frame)
+    draw_bar(axes, ScalarMappable(norm, "YlOrBr"), "height above the ground in m")
+
+
+def draw_cells(
+    axes: Axes, image: NDArray[np.uint8], unseen: NDArray[np.bool_], frame: PlanFrame
+) -> None:
+    """Draw an image of the cells where they lie, hatching behind those that were not seen."""
+    from matplotlib.patches import Polygon  # noqa: PLC0415 - an extra
+    from matplotlib.transforms import Affine2D  # noqa: PLC0415 - as above
+
+    rows, columns = unseen.shape
+    if unseen.any():
+        hatched = Polygon(
+            frame.corners(), facecolor="none", edgecolor=HATCH, hatch="////", linewidth=0, zorder=0
+        )
+        hatched.set_label("not seen")
+        axes.add_patch(hatched)
     (a, c, e), (b, d, f) = frame.matrix
     axes.imshow(
         image,
@@ -118,11 +140,13 @@ def _draw_heights(axes: Axes, report: Report, frame: PlanFrame) -> None:
         transform=Affine2D.from_values(a, b, c, d, e, f) + axes.transData,
         aspect=axes.get_aspect(),
     )
-    bar = axes.figure.colorbar(
-        ScalarMappable(norm, "YlOrBr"), ax=axes, location="right", shrink=0.7, aspect=30, pad=0.02
-    )
+
+
+def draw_bar(axes: Axes, scale: Any, label: str) -> None:  # noqa: ANN401 - matplotlib's
+    """Draw the bar that says what the colours mean."""
+    bar = axes.figure.colorbar(scale, ax=axes, location="right", shrink=0.7, aspect=30, pad=0.02)
     bar.ax.tick_params(colors=INK, labelsize=8)
-    bar.set_label("height above the ground in m", color=INK)
+    bar.set_label(label, color=INK)
     bar.outline.set_visible(False)
 
 
@@ -143,7 +167,7 @@ def _shaded(heights_m: NDArray[np.float64], cell_m: float, norm: Any) -> NDArray
     return np.asarray(255.0 * np.dstack([shaded[::-1], alpha]), dtype=np.uint8)
 
 
-def _draw_frame(axes: Axes, frame: PlanFrame) -> None:
+def draw_frame(axes: Axes, frame: PlanFrame) -> None:
     """Draw coordinates, scale bar and arrow to the north."""
     from matplotlib.ticker import MaxNLocator  # noqa: PLC0415 - an extra
 
@@ -188,12 +212,6 @@ def _draw_frame(axes: Axes, frame: PlanFrame) -> None:
             "edgecolor": "none",
         },
     )
-
-
-def _draw_legend(axes: Axes) -> None:
-    if axes.get_legend_handles_labels()[0]:
-        box = axes.legend(loc="lower right", fontsize=8, labelcolor=INK, framealpha=0.8)
-        box.get_frame().set(facecolor=PAPER, linewidth=0)
 
 
 def _round_length(length_m: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -13,10 +13,23 @@ from divespot.io import UNITS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from divespot.report import Report
+    from divespot.intake import Source
+    from divespot.level import Level
 
 #: With up farther than this from the scan's z axis, its x and y are no plan.
 PLAN_DEG = 30.0
+
+
+class Placed(Protocol):
+    """What has heights in a level frame, and a scan they are of: a report, or a comparison."""
+
+    @property
+    def level(self) -> Level:
+        """The levelled scene."""
+
+    @property
+    def source(self) -> Source:
+        """Where the points came from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +48,14 @@ class PlanFrame:
 
     """
 
-    report: Report
+    report: Placed
     matrix: NDArray[np.float64]
     is_scan: bool
     unit: str
     metres: float
 
     @classmethod
-    def of(cls, report: Report) -> PlanFrame:
+    def of(cls, report: Placed) -> PlanFrame:
         """Return the scan's own x and y where they are a plan of its ground."""
         level = report.level
         is_scan = bool(level.frame.pose.rotation[2, 2] > math.cos(math.radians(PLAN_DEG)))
