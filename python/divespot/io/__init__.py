@@ -25,6 +25,7 @@ from divespot.io.packed import unpacked
 from divespot.io.scan import FloatArray, RawCloud, Scan
 from divespot.io.units import DEGREES, STRETCHED, UNITS, accepted_units, metres_per
 from divespot.io.wanted import Wanted
+from divespot.io.web import is_url, read_url
 from divespot.io.write import write
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ def read(  # noqa: PLR0913 - one argument an option
         and PTX (all scans of a file, in its common frame); NPY or NPZ of shape (n, >=3),
         (h, w, >=3) or with fields x, y, z; GeoTIFF, IMG or ESRI grid, of which the middle of each
         cell is a point; OBJ, STL, GLB or PLY with faces, of whose surface points are taken; or
-        lines of text. Any of them in a GZIP file or alone in a ZIP file.
+        lines of text. Any of them in a GZIP file or alone in a ZIP file. Of a COPC file at
+        ``http://`` or ``https://``, the points inside of `plan` are fetched by range requests.
     unit : str
         The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
         takes what the file states, and metres where it states nothing.
@@ -94,11 +96,16 @@ def read(  # noqa: PLR0913 - one argument an option
         metres_per(unit)
     wanted = Wanted.of(columns, classes, returns, crs, plan)
     if are_paths(path):
-        return merged([_named(Path(os.fsdecode(one)), unit, wanted) for one in path])
-    return _named(Path(os.fsdecode(path)), unit, wanted)  # type: ignore[arg-type]  # no list of paths
+        return merged([_named(_place_of(one), unit, wanted) for one in path])
+    return _named(_place_of(path), unit, wanted)  # type: ignore[arg-type]  # no list of paths
 
 
-def _named(file: Path, unit: str, wanted: Wanted) -> Scan:
+def _place_of(path: str | os.PathLike[str]) -> Path | str:
+    """Return a path, or the address of a file on a server."""
+    return str(path) if is_url(path) else Path(os.fsdecode(path))
+
+
+def _named(file: Path | str, unit: str, wanted: Wanted) -> Scan:
     """Read a file, and name it where that fails."""
     try:
         return _read(file, unit, wanted)
@@ -125,10 +132,10 @@ def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
     """
     if not isinstance(unit, str) or unit != "auto":
         metres_per(unit)
-    return _named(Path(os.fsdecode(path)), unit, Wanted(some=True))
+    return _named(_place_of(path), unit, Wanted(some=True))
 
 
-def _read(file: Path, unit: str, wanted: Wanted) -> Scan:
+def _read(file: Path | str, unit: str, wanted: Wanted) -> Scan:
     # What a library has to say about a file belongs to the scan, not to the process.
     with python_warnings.catch_warnings(record=True) as caught:
         python_warnings.simplefilter("always")
@@ -171,8 +178,10 @@ def _judged(raw: RawCloud, unit: str, *, stated: bool) -> Judged:
     return Judged(raw.xyz, np.zeros(3), () if stated else doubts_of(raw.xyz))
 
 
-def _raw(file: Path, wanted: Wanted) -> tuple[str, RawCloud, tuple[str, ...]]:
+def _raw(file: Path | str, wanted: Wanted) -> tuple[str, RawCloud, tuple[str, ...]]:
     """Return a file's format, what it holds, and a warning where its name says another format."""
+    if isinstance(file, str):
+        return "LAS/LAZ", read_url(file, wanted), ()
     if wanted.some and begins_as_las(file):
         return "LAS/LAZ", sample_las(file, wanted), ()
     name, data = unpacked(file, bytes_of(file))

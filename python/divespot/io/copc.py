@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +11,6 @@ import numpy as np
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
-    from io import BytesIO
-
     import laspy
 
     from divespot.io.scan import FloatArray
@@ -25,39 +24,65 @@ def is_copc(header: laspy.LasHeader) -> bool:
     return bool(header.vlrs) and type(header.vlrs[0]).__name__ == "CopcInfoVlr"
 
 
-def points_in(
-    stream: BytesIO, header: laspy.LasHeader, plan: tuple[float, float, float, float]
-) -> Any | None:  # noqa: ANN401 - laspy ships no types
-    """Return the points of a rectangle x0, y0, x1, y1; None where the file lies beside it.
+@dataclass(frozen=True)
+class Query:
+    """A rectangle of an octree.
 
-    Raises
-    ------
-    DivespotError
-        The octree promises what the file does not hold.
+    Attributes
+    ----------
+    nodes
+        Where each chunk that it meets begins, its bytes and its points.
 
     """
-    from laspy import copc  # noqa: PLC0415 - as laspy itself
 
-    low: FloatArray = np.maximum(plan[:2], header.mins[:2])
-    high: FloatArray = np.minimum(plan[2:], header.maxs[:2])
-    if not (low < high).all():
-        return None
-    known = _chunks(stream, header)
-    source = _Limited(stream, TIMES * len(stream.getbuffer()))
-    stream.seek(0)
-    reader = copc.CopcReader(source, close_fd=False)
-    bounds = copc.Bounds(mins=low, maxs=high)
-    whole = bounds.ensure_3d(header.mins, header.maxs)
-    nodes = copc.load_octree_for_query(
-        source, reader.copc_info, reader.root_page, query_bounds=whole
-    )
-    held = [(node.offset, node.byte_size, node.point_count) for node in nodes if node.point_count]
-    if not known.issuperset(held) or len(set(held)) < len(held):
-        raise DivespotError("its octree and its chunk table disagree: it is corrupt")
-    return reader.query(bounds)
+    nodes: tuple[tuple[int, int, int], ...]
+    _reader: Any
+    _bounds: Any
+
+    @classmethod
+    def of(
+        cls,
+        stream: Any,  # noqa: ANN401 - what reads, seeks and tells
+        size: int,
+        header: laspy.LasHeader,
+        plan: tuple[float, float, float, float],
+    ) -> Query | None:
+        """Look a rectangle x0, y0, x1, y1 up; None where the file of so many bytes lies beside it.
+
+        Raises
+        ------
+        DivespotError
+            The octree promises what the file does not hold.
+
+        """
+        from laspy import copc  # noqa: PLC0415 - as laspy itself
+
+        low: FloatArray = np.maximum(plan[:2], header.mins[:2])
+        high: FloatArray = np.minimum(plan[2:], header.maxs[:2])
+        if not (low < high).all():
+            return None
+        known = _chunks(stream, header)
+        source = _Limited(stream, TIMES * size)
+        stream.seek(0)
+        reader = copc.CopcReader(source, close_fd=False)
+        bounds = copc.Bounds(mins=low, maxs=high)
+        whole = bounds.ensure_3d(header.mins, header.maxs)
+        nodes = copc.load_octree_for_query(
+            source, reader.copc_info, reader.root_page, query_bounds=whole
+        )
+        held = [
+            (node.offset, node.byte_size, node.point_count) for node in nodes if node.point_count
+        ]
+        if not known.issuperset(held) or len(set(held)) < len(held):
+            raise DivespotError("its octree and its chunk table disagree: it is corrupt")
+        return cls(tuple(held), reader, bounds)
+
+    def points(self) -> Any:  # noqa: ANN401 - laspy ships no types
+        """Return the points inside."""
+        return self._reader.query(self._bounds)
 
 
-def _chunks(stream: BytesIO, header: laspy.LasHeader) -> set[tuple[int, int, int]]:
+def _chunks(stream: Any, header: laspy.LasHeader) -> set[tuple[int, int, int]]:  # noqa: ANN401 - as above
     """Return where each chunk begins, its bytes and its points, as its checked table has them."""
     import lazrs  # noqa: PLC0415  (import divespot stays light)
 
@@ -73,12 +98,12 @@ def _chunks(stream: BytesIO, header: laspy.LasHeader) -> set[tuple[int, int, int
 class _Limited:
     """A stream of which not more than so many bytes are read."""
 
-    def __init__(self, stream: BytesIO, most: int) -> None:
+    def __init__(self, stream: Any, most: int) -> None:  # noqa: ANN401 - as above
         self._stream, self._left = stream, most
         self.seek, self.tell = stream.seek, stream.tell
 
     def read(self, size: int = -1) -> bytes:
-        data = self._stream.read(size)
+        data: bytes = self._stream.read(size)
         self._left -= len(data) + 1
         if self._left < 0:
             raise DivespotError("its octree goes in circles: it is corrupt")

@@ -151,24 +151,30 @@ def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> No
             f"the header promises {header.point_count} points but its LAZ chunks hold {sum(sizes)}"
             ": it is truncated or corrupt"
         )
-    if header.point_format.id < _FIRST_LAYERED_FORMAT:
-        return
     at, left = start + 8, header.point_count
     for counted, (_, size) in zip(sizes, table, strict=True):
-        count = min(counted, left)
-        # A chunk is a point, its count, and a size for each layer: first x with y, then z, class
-        # and flags.
-        promised, *layers = struct.unpack_from("<5I", data, at + header.point_format.size)
-        if sum(layers) > size or promised != count:
-            raise DivespotError("its LAZ layers and their chunk disagree: it is corrupt")
-        at, left = at + size, left - count
+        check_layers(data, header, (at, size, min(counted, left)))
+        at, left = at + size, left - min(counted, left)
+
+
+def check_layers(data: Buffer, header: laspy.LasHeader, chunk: tuple[int, int, int]) -> None:
+    """Check the layers of a chunk, which begins somewhere, has so many bytes and points."""
+    if header.point_format.id < _FIRST_LAYERED_FORMAT:
+        return
+    at, size, count = chunk
+    # A chunk is a point, its count, and a size for each layer: first x with y, then z, class and
+    # flags.
+    promised, *layers = struct.unpack_from("<5I", data, at + header.point_format.size)
+    if sum(layers) > size or promised != count:
+        raise DivespotError("its LAZ layers and their chunk disagree: it is corrupt")
 
 
 def _read_points(reader: laspy.LasReader, wanted: LasFilter, data: bytes) -> FloatArray:
     header = reader.header
     if wanted.wanted.plan is not None and copc.is_copc(header):
-        some = copc.points_in(BytesIO(data), header, wanted.wanted.plan)
-        if some is not None and len(some):
+        query = copc.Query.of(BytesIO(data), len(data), header, wanted.wanted.plan)
+        some = () if query is None else query.points()
+        if len(some):
             return kept(some, wanted, header)
     batch = max(1, _BATCH_BYTES // header.point_format.size)
     parts = [np.empty((0, 3))]

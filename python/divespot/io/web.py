@@ -1,0 +1,180 @@
+"""COPC over HTTP: of a file on a server, the points of a rectangle by range requests."""
+
+from __future__ import annotations
+
+import mmap
+import re
+import struct
+from http import HTTPStatus
+from http.client import HTTPException
+from io import SEEK_CUR, SEEK_END, SEEK_SET, BufferedReader, RawIOBase
+from typing import TYPE_CHECKING, Any
+
+from divespot.errors import DivespotError
+from divespot.io import copc, las
+from divespot.io.las_filter import LasFilter
+from divespot.io.scan import RawCloud
+
+if TYPE_CHECKING:
+    import os
+
+    from divespot.io.wanted import Wanted
+
+#: What a file on a server begins with.
+SCHEMES = ("http://", "https://")
+
+#: Bytes of the file's beginning: the header and its records, which are 1 kB or few.
+HEAD_BYTES = 1 << 16
+
+#: Chunks that lie so close to each other are fetched together.
+GAP_BYTES = 1 << 16
+
+#: Seconds without a byte after which a server is given up.
+PATIENCE_S = 30.0
+
+#: Largest file: what is not fetched of it takes no memory, but a name for each byte.
+LARGEST_BYTES = 1 << 44
+
+_TOTAL = re.compile(r"bytes \d+-\d+/(\d+)\Z")
+
+
+def is_url(path: str | os.PathLike[str]) -> bool:
+    """Return whether a path is the address of a file on a server."""
+    return isinstance(path, str) and path.lower().startswith(SCHEMES)
+
+
+def read_url(url: str, wanted: Wanted) -> RawCloud:
+    """Read the points of a COPC file on a server that lie in the rectangle that is wanted.
+
+    Raises
+    ------
+    DivespotError
+        The file is none, no rectangle is wanted, or the server sends no ranges.
+
+    """
+    if wanted.plan is None:
+        raise DivespotError("a crop is needed of a file on a server: x0,y0,z0,x1,y1,z1")
+    if wanted.columns is not None:
+        raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
+    remote = Remote(url)
+    try:
+        return _points(remote, wanted)
+    except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
+        raise las.refused(err) from None
+
+
+def _points(remote: Remote, wanted: Wanted) -> RawCloud:
+    las.check_header(remote.data)
+    filtered = LasFilter(wanted)
+    with BufferedReader(Mapped(remote.data)) as stream, las.opened(stream) as reader:
+        header = reader.header
+        if not copc.is_copc(header):
+            raise DivespotError("is no COPC file: of other files on a server, a copy is needed")
+        query = copc.Query.of(stream, remote.size, header, wanted.plan or (0.0,) * 4)
+        if query is None:
+            raise DivespotError("none of it lies inside of the crop")
+        remote.fetch_all((at, at + size) for at, size, _ in query.nodes)
+        for node in query.nodes:
+            las.check_layers(remote.data, header, node)
+        xyz = las.kept(query.points(), filtered, header)
+        crs = las.read_crs(header)
+    warnings = (*crs.warnings, *filtered.told(len(xyz)))
+    return RawCloud(xyz, crs.unit, crs.vertical_unit, crs.text, warnings, projected=crs.projected)
+
+
+class Mapped(RawIOBase):
+    """Memory that is read like a file."""
+
+    def __init__(self, data: mmap.mmap) -> None:
+        self._data, self._at = data, 0
+
+    def readable(self) -> bool:
+        """Return that it is."""
+        return True
+
+    def seekable(self) -> bool:
+        """Return that it is."""
+        return True
+
+    def seek(self, offset: int, whence: int = SEEK_SET) -> int:
+        """Go to a place."""
+        start = {SEEK_SET: 0, SEEK_CUR: self._at, SEEK_END: len(self._data)}[whence]
+        self._at = max(start + offset, 0)
+        return self._at
+
+    def readinto(self, buffer: Any) -> int:  # noqa: ANN401 - what bytes are written into
+        """Read as many bytes as there is room for."""
+        found = self._data[self._at : self._at + len(buffer)]
+        buffer[: len(found)] = found
+        self._at += len(found)
+        return len(found)
+
+
+class Remote:
+    """A file on a server, of which what was fetched is in `data`; all else is nought.
+
+    Header and records, and all that lies behind the points, are fetched at once.
+    """
+
+    def __init__(self, url: str) -> None:
+        self._url = url
+        head, self.size = self._got(0, HEAD_BYTES)
+        if not head.startswith(b"LASF"):
+            raise DivespotError("is no COPC file: of other files on a server, a copy is needed")
+        # Of pages that were never written, the system keeps nothing.
+        self.data = mmap.mmap(-1, self.size)
+        self.data[: len(head)] = head
+        self._fetch(min(self._end_of_points(), self.size), self.size)
+
+    def fetch_all(self, ranges: Any) -> None:  # noqa: ANN401 - pairs of begin and end
+        """Fetch ranges, those that lie close together at once."""
+        joined: list[list[int]] = []
+        for begin, end in sorted(ranges):
+            if joined and begin - joined[-1][1] <= GAP_BYTES:
+                joined[-1][1] = max(joined[-1][1], end)
+            else:
+                joined.append([begin, end])
+        for begin, end in joined:
+            self._fetch(begin, end)
+
+    def _end_of_points(self) -> int:
+        """Return where the chunk table begins, behind the chunks."""
+        try:
+            start: int = struct.unpack_from("<I", self.data, 96)[0]
+            if start + 8 > HEAD_BYTES:
+                self._fetch(start, start + 8)
+            return max(int(struct.unpack_from("<q", self.data, start)[0]), HEAD_BYTES)
+        except struct.error:
+            raise DivespotError("it ends inside its header: it is truncated") from None
+
+    def _fetch(self, begin: int, end: int) -> None:
+        if not 0 <= begin <= end <= self.size:
+            raise DivespotError("its octree lies outside of the file: it is truncated or corrupt")
+        if begin < end:
+            self.data[begin:end] = self._got(begin, end)[0]
+
+    def _got(self, begin: int, end: int) -> tuple[bytes, int]:
+        """Return bytes of the file, and how many it has."""
+        from urllib.error import HTTPError  # noqa: PLC0415 - slow to import
+        from urllib.request import Request, urlopen  # noqa: PLC0415 - as above
+
+        request = Request(self._url, headers={"Range": f"bytes={begin}-{end - 1}"})  # noqa: S310 - checked
+        try:
+            with urlopen(request, timeout=PATIENCE_S) as answer:  # noqa: S310 - as above
+                status, told = answer.status, answer.headers.get("Content-Range", "")
+                total = _TOTAL.match(told)
+                if status != HTTPStatus.PARTIAL_CONTENT or total is None:
+                    raise DivespotError("the server sends no ranges: a copy of the file is needed")
+                data: bytes = answer.read(end - begin)
+        except HTTPError as error:
+            error.close()
+            raise DivespotError(f"the server refuses ({error.code} {error.reason})") from None
+        except (OSError, HTTPException, ValueError) as error:
+            if isinstance(error, DivespotError):
+                raise
+            reason = getattr(error, "reason", None) or error
+            raise DivespotError(f"cannot be reached ({reason})") from None
+        size = int(total[1])
+        if not 0 < size <= LARGEST_BYTES or len(data) != min(end, size) - begin:
+            raise DivespotError("the server sent less than was asked for")
+        return data, size
