@@ -100,9 +100,9 @@ def test_heights_of_both_surveys_give_the_change_back(tmp_path: Path) -> None:
     path = tmp_path / "change.tif"
     compared().save(path)
     with rasterio.open(path) as raster:
-        assert raster.descriptions == ("after", "before", "difference")
+        assert raster.descriptions == ("after", "before", "difference", "seen")
         assert raster.crs.to_epsg() == 25832
-        after, before, difference = raster.read()
+        after, before, difference, _ = raster.read()
         cell_m2 = abs(raster.transform.determinant)
     assert np.nanmax(np.abs(after - before - difference)) < 1e-4
     factor = compared().source.scale_factor or 1.0

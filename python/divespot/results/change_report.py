@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     Path: TypeAlias = str | os.PathLike[str]
 
-BANDS = ("after", "before", "difference")
+BANDS = ("after", "before", "difference", "seen")
 
 #: What of a place is no attribute of its outline.
 _ELSEWHERE = ("outline_m", "centroid_m", "net", "piles", "piles_before", "reason")

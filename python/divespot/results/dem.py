@@ -11,14 +11,17 @@ from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.output import refuse_inputs, whole
 from divespot.report import Report
+from divespot.results.drawn_fill import filled
+from divespot.results.pile_matching import labels
 from divespot.results.plan_frame import PlanFrame
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
+    from divespot.report import Pile
     from divespot.results.plan_frame import Placed
 
 ENDINGS = (".tif", ".tiff")
@@ -26,15 +29,16 @@ ENDINGS = (".tif", ".tiff")
 #: By this a later run knows its own files; see `divespot.output.DEM`.
 MARK = "written by divespot"
 
-BANDS = ("surface", "base", "difference")
+BANDS = ("surface", "base", "difference", "seen")
 
 
 def save_dem(report: Report, path: str | os.PathLike[str]) -> None:
-    """Write three bands: surface, base and difference, in the scan's own frame and unit.
+    """Write surface, base and their difference in the scan's own frame and unit, and what was seen.
 
     The cells are those that were measured, so that the difference summed up over a pile is its
     volume; where the level frame is turned against the scan's x and y, so is the raster (by its
-    affine transform). NaN where nothing was seen.
+    affine transform). Within piles, cells that were not seen (0 in the last band) are drawn
+    through; beyond, they are NaN.
 
     Raises
     ------
@@ -44,32 +48,34 @@ def save_dem(report: Report, path: str | os.PathLike[str]) -> None:
 
     """
     require_kind("report", report, Report)
-    save_heights(report, path, BANDS, report.inputs)
+    save_heights(report, path, BANDS, report.inputs, report.piles)
 
 
 def save_heights(
     report: Placed,
     path: str | os.PathLike[str],
-    bands: tuple[str, str, str],
+    bands: tuple[str, ...],
     inputs: Iterable[str | None],
+    piles: Sequence[Pile] = (),
 ) -> None:
-    """Write heights, those of the base, and their difference under these names (see `save_dem`)."""
+    """Write heights, those of the base, their difference, and what was seen (see `save_dem`)."""
     if not str(path).lower().endswith(ENDINGS):
         raise DivespotError(f"{path}: heights are written as one of {', '.join(ENDINGS)}")
     refuse_inputs(path, "the heights", inputs)
     frame = PlanFrame.of(report)
     if not frame.is_scan:
         raise DivespotError(f"{path}: x and y of the scan are no plan of its ground: no raster")
-    data = _written(report, frame, bands)
+    data = _written(report, frame, bands, _bands(report, piles))
     with whole(path) as stream:
         stream.write(data)
 
 
-def _written(report: Placed, frame: PlanFrame, names: tuple[str, str, str]) -> bytes:
+def _written(
+    report: Placed, frame: PlanFrame, names: tuple[str, ...], bands: NDArray[np.float32]
+) -> bytes:
     need = "a raster of heights needs rasterio"
     rasterio = extra("rasterio", "raster", need)
     memory = extra("rasterio.io", "raster", need).MemoryFile()
-    bands = _bands(report)
     _, rows, columns = bands.shape
     look: dict[str, Any] = {"compress": "deflate", "predictor": 3, "nodata": float("nan")}
     with memory, rasterio.Env(GDAL_PAM_ENABLED="NO"):
@@ -85,21 +91,30 @@ def _written(report: Placed, frame: PlanFrame, names: tuple[str, str, str]) -> b
         ) as raster:
             raster.write(bands)
             raster.descriptions = names
-            raster.units = (frame.unit,) * len(names)
+            raster.units = (*(frame.unit,) * 3, "1")
             raster.update_tags(TIFFTAG_SOFTWARE=MARK, AREA_OR_POINT="Area")
         return bytes(memory.read())
 
 
-def _bands(report: Placed) -> NDArray[np.float32]:
+def _bands(report: Placed, piles: Sequence[Pile]) -> NDArray[np.float32]:
     """Return the bands, the northernmost row first."""
     level = report.level
     x, y = level.height_map.centers_m()
+    seen = ~np.isnan(level.height_map.heights_m)
+    within = labels(piles, level.frame, level) > 0
+    surface = _through(level.height_map.heights_m, within)
+    base = _through(level.base_m, within)
     above = [
         level.frame.to_scan(np.stack([x, y, heights], axis=-1))[..., 2]
-        for heights in (level.height_map.heights_m, level.base_m)
+        for heights in (surface, base)
     ]
-    difference = (level.height_map.heights_m - level.base_m) / level.frame.metres
-    return np.stack([*above, difference])[:, ::-1].astype(np.float32)
+    difference = (surface - base) / level.frame.metres
+    return np.stack([*above, difference, seen])[:, ::-1].astype(np.float32)
+
+
+def _through(heights_m: NDArray[np.float64], within: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return heights that are drawn through gaps within piles."""
+    return np.where(np.isnan(heights_m) & within, filled(heights_m), heights_m)
 
 
 def _transform(frame: PlanFrame, rows: int) -> Any:  # noqa: ANN401 - of a package that may be absent
