@@ -110,7 +110,11 @@ def _apart(is_on: NDArray[np.bool_], voxels: Voxels, settings: Settings) -> NDAr
 
 def _cells(points: NDArray[np.float64], cell_m: float) -> int:
     """Return the number of cells in plan that points lie in."""
-    return len(np.unique(np.floor(points[:, :2] / cell_m), axis=0))
+    if not len(points):
+        return 0
+    cells = np.floor(points[:, :2] / cell_m)
+    column, row = (cells - cells.min(axis=0)).clip(max=2.0**31).astype(np.int64).T
+    return len(np.unique(column * (row.max() + 1) + row))
 
 
 def map_heights(surface: Surface, settings: Settings) -> HeightMap:
