@@ -32,6 +32,7 @@ from divespot.results.show_units import Shown
 from divespot.results.trust import trust_sentence
 from divespot.results.wording import texts
 from divespot.simulate import scan
+from test_change_report import compared
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -374,6 +375,20 @@ def test_a_browser_draws_the_page_without_errors(browser: Any, tmp_path: Path) -
     cells = browser.find_elements("css selector", "#piles tbody td[data-value]")
     shown = [float(cell.get_attribute("data-value")) for cell in cells]
     assert measured().piles[0].volume_m3 in shown
+
+
+def test_a_browser_shows_what_changed_without_errors(browser: Any, tmp_path: Path) -> None:  # noqa: ANN401
+    path = tmp_path / "change.html"
+    compared().save(path)
+    browser.get(path.as_uri())
+    cells = browser.find_elements("css selector", "#total td[data-value]")
+    shown = [float(cell.get_attribute("data-value")) for cell in cells]
+    assert shown == [getattr(compared(), name).volume_m3 for name in ("gain", "loss", "net")]
+    plan = browser.find_element("css selector", ".plan svg")
+    browser.execute_script("arguments[0].scrollIntoView()", plan)
+    assert colors(plan.screenshot_as_png) > 200
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+    assert browser.execute_script("return performance.getEntriesByType('resource').length") == 0
 
 
 def colors(png: bytes) -> int:
