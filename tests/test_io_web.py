@@ -146,3 +146,15 @@ def test_damaged_octrees_are_refused(copc: bytes, server: Server) -> None:
             dio.read(server.url("b.laz"), plan=PLAN)
         except DivespotError as error:
             assert len(str(error)) <= 500  # noqa: PT017 - it may as well be read
+
+
+def test_points_of_a_server_are_written_with_what_they_are_of(
+    copc: bytes, server: Server, tmp_path: Path
+) -> None:
+    assert copc
+    crop = (PLAN[0] - 9, PLAN[1] - 9, 2300.0, PLAN[2] + 9, PLAN[3] + 9, 2400.0)
+    report = divespot.measure(server.url("a.copc.laz"), crop=crop)
+    report.save(tmp_path / "out.laz")
+    # The crop is one in height too; beyond it points are none of a pile.
+    assert len(dio.read(tmp_path / "out.laz").points) >= report.source.points
+    assert report.source.path == server.url("a.copc.laz")

@@ -16,6 +16,7 @@ from divespot.io.files import bytes_of
 from divespot.io.las import read_crs
 from divespot.io.packed import unpacked
 from divespot.io.systems import known_system
+from divespot.io.web import is_url
 from divespot.output import refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.pile_matching import labels
@@ -47,7 +48,7 @@ def save_las(report: Report, path: str | os.PathLike[str]) -> None:
     all else, is unclassified. The extra dimension ``pile`` is 0 outside piles, and for what
     stands or hangs over them. Of a LAS or LAZ file everything else is kept: point format, every
     dimension, coordinate system, and points that were not measured; of other files, and of several
-    that were merged, the points.
+    that were merged, the points; of a file on a server, those inside of the crop.
 
     Raises
     ------
@@ -65,7 +66,8 @@ def save_las(report: Report, path: str | os.PathLike[str]) -> None:
     refuse_inputs(path, "the points", report.inputs)
     kinds = _Kinds(report)
     compress = ending == ".laz"
-    data = b"" if report.source.files else _bytes_of(report.source.path)
+    is_one_file = not report.source.files and not is_url(report.source.path)
+    data = _bytes_of(report.source.path) if is_one_file else b""
     is_las = data.startswith(b"LASF")
     written = (
         _annotated(data, kinds, compress=compress)
@@ -187,5 +189,8 @@ def _points_m(report: Report) -> NDArray[np.float64]:
     source, settings = report.source, report.settings
     # An explicit unit is one of heights too, which a LAS file may give in another.
     unit = settings.unit if source.files else source.unit
-    scan = read(source.files or str(source.path), unit=unit, columns=settings.columns)
+    crop = settings.crop
+    plan = (*crop[:2], *crop[3:5]) if crop and is_url(str(source.path)) else None
+    files = source.files or str(source.path)
+    scan = read(files, unit=unit, columns=settings.columns, plan=plan)
     return np.asarray(scan.points[np.isfinite(scan.points).all(axis=1)])
