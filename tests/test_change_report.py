@@ -131,8 +131,8 @@ def test_where_nothing_changed_the_page_says_so(tmp_path: Path) -> None:
     assert [cell.text for row in doc.total.rows for cell in row[1:]] == ["none detected"] * 2
     assert doc.trust.startswith("Nothing changed that can be told from none.")
     assert repr(same).endswith("0 places, 0 not counted>")
-    lost = dataclasses.replace(same.alignment, blocks=0)
-    unknown = ChangeDocument.of(dataclasses.replace(same, alignment=lost), Unit.of(same))
+    lost = dataclasses.replace(same.fit, alignment=dataclasses.replace(same.alignment, blocks=0))
+    unknown = ChangeDocument.of(dataclasses.replace(same, fit=lost), Unit.of(same))
     assert "Too little ground" in unknown.trust
 
 

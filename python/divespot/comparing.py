@@ -17,9 +17,12 @@ from divespot.pipeline import measure_cloud
 from divespot.progress import Progress
 from divespot.results.alignment import align
 from divespot.results.changes import comparison_of
+from divespot.results.comparison import Fit
 from divespot.results.crs_name import crs_name
 from divespot.results.detection import Spread
-from divespot.results.pile_matching import labels
+from divespot.results.pile_matching import both_labels, labels
+from divespot.results.place_maps import slopes_of
+from divespot.results.sideways import sideways, unchanged
 from divespot.settings import Settings
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
     from divespot.doors import Comparison, Report
     from divespot.intake import Cloud, Scannable, Source
     from divespot.results.alignment import Alignment
+    from divespot.results.sideways import Sideways
 
     Heights: TypeAlias = NDArray[np.float64]
 
@@ -51,9 +55,10 @@ def compare(
 ) -> Comparison:
     """Tell what was gained and lost between two scans of a place.
 
-    Both are in one frame; x and y are taken as they are. In height the earlier scan is raised, and
-    turned by what a plane allows, so that ground lies on ground where neither survey shows a pile
-    (see `divespot.results.alignment`); how sure that is goes into every u95, and how much the two
+    Both are in one frame. The earlier scan is raised, and turned by what a plane allows, so that
+    ground lies on ground where neither survey shows a pile (see `divespot.results.alignment`), and
+    moved sideways so that piles lie on themselves whose volume did not change; where there are
+    none, x and y are taken as they are. How sure that is goes into every u95, and how much the two
     differ where nothing changed (`divespot.results.detection`), which also tells change from none.
 
     Parameters
@@ -63,7 +68,7 @@ def compare(
     settings, **changes
         As `divespot.measure` takes them; `base` says what the piles of each survey stand on.
     do_align
-        Raise the earlier scan; without, heights are taken as they are too.
+        Raise and move the earlier scan; without, it is taken as it is.
     on_stage
         Called with the name of each stage as it begins.
 
@@ -111,9 +116,10 @@ def compare(
         difference = held_against(points)
         grid = difference.level.height_map
         found = align(_stable(first, second, difference), *grid.centers_m())
-        aligned = is_wanted and _is_off(found)
+        beside = _sideways(first, second, difference, found)
+        aligned = is_wanted and _is_off(found, beside)
         if aligned:
-            points = _raised(points, found, difference)
+            points = _moved(points, found, beside, difference)
             difference = held_against(points)
     still = _stable(first, second, difference)
     seen = ~np.isnan(difference.level.height_map.heights_m - difference.level.base_m)
@@ -123,9 +129,7 @@ def compare(
         (clouds[0].source, clouds[1].source),
         (points, _in_scan(clouds[1], clouds[1].source)),
         difference,
-        found,
-        spread,
-        aligned=aligned,
+        Fit(found, beside, spread, aligned=aligned),
     )
 
 
@@ -170,16 +174,35 @@ def _stable(before: Report | None, after: Report | None, difference: Report) -> 
     return off
 
 
-def _is_off(found: Alignment) -> bool:
-    """Return whether the plane differs from none by more than its uncertainty."""
+def _sideways(
+    before: Report | None, after: Report | None, difference: Report, found: Alignment
+) -> Sideways | None:
+    """Return how the scans lie to each other in x and y; None where no pile stood still."""
+    if before is None or after is None or not found.blocks:
+        return None
+    level = difference.level
+    stood = unchanged((before, after), both_labels(before.piles, after.piles, level))
+    off = level.height_map.heights_m - level.base_m - found.raise_m(*level.height_map.centers_m())
+    return sideways(off, slopes_of(level), stood)
+
+
+def _is_off(found: Alignment, beside: Sideways | None) -> bool:
+    """Return whether plane or shift differ from none by more than their uncertainty."""
     values = np.array([found.offset_m, *found.tilt])
     u = np.sqrt(np.diag(found.covariance))
+    if beside is not None:
+        values = np.append(values, beside.shift_m)
+        u = np.append(u, np.sqrt(np.diag(beside.covariance)))
     return bool(found.blocks and (np.abs(values) > SURE * u).any())
 
 
-def _raised(points: Heights, found: Alignment, difference: Report) -> Heights:
-    """Return the earlier scan's points, raised by the plane along up."""
+def _moved(
+    points: Heights, found: Alignment, beside: Sideways | None, difference: Report
+) -> Heights:
+    """Return the earlier scan's points, raised by the plane along up, and moved back sideways."""
     frame = difference.level.frame
     level = frame.to_level(points)
     level[:, 2] += found.raise_m(level[:, 0], level[:, 1])
+    if beside is not None:
+        level[:, :2] -= beside.shift_m
     return frame.to_scan(level)

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 @click.option(
     "--align/--no-align",
     default=True,
-    help="raise the earlier scan so that ground that did not change lies on itself; off: heights "
-    "are taken as they are  [default: on]",
+    help="raise and move the earlier scan so that ground and piles that did not change lie on "
+    "themselves; off: it is taken as it is  [default: on]",
 )
 @change_options
 @loudness_options
@@ -56,8 +56,8 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument an option
 ) -> None:
     """Tell what was gained and lost between the scans BEFORE and AFTER.
 
-    Both are in one frame: x and y are taken as they are. Piles of the two are matched where they
-    lie on each other; places are where the surfaces differ by more than can be told apart.
+    Both are in one frame. Piles of the two are matched where they lie on each other; places are
+    where the surfaces differ by more than can be told apart.
     """
     from divespot.comparing import compare as run  # noqa: PLC0415 - slow to import
 

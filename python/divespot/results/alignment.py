@@ -93,7 +93,7 @@ def align(
     middle = float(x.mean()), float(y.mean())
     terms = np.column_stack([np.ones_like(means), x - middle[0], y - middle[1]])
     kept = 3 if len(means) >= FEWEST_TO_TURN else 1
-    values, covariance = _plane(terms[:, :kept], means)
+    values, covariance = fitted_robustly(terms[:, :kept], means)
     whole, nothing[:kept, :kept] = np.zeros(3), covariance
     whole[:kept] = values
     level = difference_m - (whole[0] + whole[1] * (x_m - middle[0]) + whole[2] * (y_m - middle[1]))
@@ -124,14 +124,14 @@ def _blocks(
     return columns[0], columns[1], columns[2]
 
 
-def _plane(
+def fitted_robustly(
     terms: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return a robust fit and its covariance (iteratively reweighted, Tukey's biweight)."""
     weights = np.ones_like(values)
-    start = np.zeros(terms.shape[1])
-    start[0] = np.median(values)
-    fitted: NDArray[np.float64] = start
+    fitted: NDArray[np.float64] = np.asarray(np.linalg.lstsq(terms, values, rcond=None)[0])
+    if (terms[:, 0] == 1.0).all():  # the first is an offset, of which the median knows most
+        fitted = np.append(np.median(values), np.zeros(terms.shape[1] - 1))
     for _ in range(_ROUNDS):
         off = values - terms @ fitted
         scale = max(_spread(off), 1e-12)

@@ -207,7 +207,16 @@ def _provenance(
         (words["seed"], str(found.settings.seed)),
         (words["measured_on"], date),
         (words["offset"], f"{with_uncertainty(found.alignment.offset_m, u95)} m"),
+        *_shift(found, words),
     )
+
+
+def _shift(found: Comparison, words: Mapping[str, Any]) -> list[tuple[str, str]]:
+    if found.shift_m is None or found.fit.sideways is None:
+        return []
+    u95 = COVERAGE * found.fit.sideways.u_m
+    both = "; ".join(with_uncertainty(value, u95) for value in found.shift_m[:2])
+    return [(words["shift"], f"{both} m")]
 
 
 def told(found: Comparison) -> str:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot.doors import Comparison
-from divespot.results.comparison import Change, Match, Place, changed
-from divespot.results.pile_matching import labels, matched
-from divespot.results.place_maps import inner, things, tops_m
+from divespot.results.comparison import Change, Match, Place, changed, shift_in_scan_m
+from divespot.results.pile_matching import both_labels, labels, matched
+from divespot.results.place_maps import inner, slopes_of, things, tops_m
 from divespot.results.telling import counted
 
 if TYPE_CHECKING:
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from divespot.intake import Source
     from divespot.level import Level
     from divespot.report import Pile, Report
-    from divespot.results.alignment import Alignment
-    from divespot.results.detection import Spread
+    from divespot.results.comparison import Fit
 
     Surveys: TypeAlias = tuple[Report | None, Report | None]
     Points: TypeAlias = NDArray[np.float64]
@@ -57,8 +56,7 @@ class _Ground:
     tops_m: tuple[NDArray[np.float64], NDArray[np.float64]]
     slopes: tuple[NDArray[np.float64], NDArray[np.float64]]
     inner_m: NDArray[np.float64]
-    alignment: Alignment
-    spread: Spread
+    fit: Fit
 
     @classmethod
     def of(
@@ -66,31 +64,31 @@ class _Ground:
         reports: Surveys,
         points: tuple[Points, Points],
         level: Level,
-        alignment: Alignment,
-        spread: Spread,
+        fit: Fit,
     ) -> _Ground:
         piles = [() if report is None else report.piles for report in reports]
-        was, is_now = (labels(some, level.frame, level) for some in piles)
+        was, is_now = both_labels(piles[0], piles[1], level)
         off_m = level.height_map.heights_m - level.base_m
-        middle = np.nan_to_num(level.base_m + off_m / 2.0)
-        slopes = np.gradient(middle, level.height_map.cell_m)
-        along, down = (np.where(np.isnan(off_m), 0.0, slope) for slope in reversed(slopes))
         inner_m = np.where(inner(off_m, level.height_map), off_m, 0.0)
         tops = tops_m(points[0], level), tops_m(points[1], level)
         standing = things(reports, level)
-        return cls(level, was, is_now, standing, tops, (along, down), inner_m, alignment, spread)
+        return cls(level, was, is_now, standing, tops, slopes_of(level), inner_m, fit)
 
     def place(self, pile: Pile, at: NDArray[np.bool_]) -> _Found:
         """Return what is known of a place, how sure it is, and why it is not counted."""
         cell_m2 = self.level.height_map.cell_m**2
         x, y, _ = self.level.frame.to_level(np.array([pile.centroid_m]))[0].tolist()
-        u_alignment = self.alignment.u_m(x, y) * pile.footprint_m2
+        u_alignment = self.fit.alignment.u_m(x, y) * pile.footprint_m2
         rise = float(self.slopes[0][at].sum()) * cell_m2, float(self.slopes[1][at].sum()) * cell_m2
-        u_spread = self.spread.u_m3(pile.footprint_m2, math.hypot(*rise))
-        u = math.hypot(pile.budget.combined_m3(), u_alignment, u_spread)
-        limit = self.spread.clear_by(pile.footprint_m2) * u
+        u_spread = self.fit.spread.u_m3(pile.footprint_m2, math.hypot(*rise))
+        u = math.hypot(pile.budget.combined_m3(), u_alignment, u_spread, self._u_beside_m3(rise))
+        limit = self.fit.spread.clear_by(pile.footprint_m2) * u
         found = _Found(pile, at, u_alignment, rise, u_spread, limit)
         return replace(found, reason=pile.reason or self._reason(found))
+
+    def _u_beside_m3(self, rise_m2: tuple[float, float]) -> float:
+        """Return what the uncertainty of x and y leaves to a volume."""
+        return 0.0 if self.fit.sideways is None else self.fit.sideways.u_m3(rise_m2)
 
     def _reason(self, found: _Found) -> str | None:
         """Return why a place is not counted."""
@@ -141,11 +139,12 @@ class _Ground:
         if not found:
             return Change(0.0, math.nan)
         area_m2 = sum(one.pile.footprint_m2 for one in found)
-        rise = (sum(one.rise_m2[axis] for one in found) for axis in (0, 1))
-        together = self.spread.u_m3(area_m2, math.hypot(*rise))
+        rise = sum(one.rise_m2[0] for one in found), sum(one.rise_m2[1] for one in found)
+        together = self.fit.spread.u_m3(area_m2, math.hypot(*rise))
         u_spread = max(together, math.hypot(*(one.u_spread_m3 for one in found)))
         piles = [one.pile for one in found]
-        return changed(piles, sum(one.u_alignment_m3 for one in found), u_spread)
+        u_alignment = sum(one.u_alignment_m3 for one in found)
+        return changed(piles, u_alignment, math.hypot(u_spread, self._u_beside_m3(rise)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,21 +160,18 @@ class _Found:
     reason: str | None = None
 
 
-def comparison_of(  # noqa: PLR0913, PLR0917 - what a comparison consists of
+def comparison_of(
     reports: Surveys,
     sources: tuple[Source, Source],
     points: tuple[Points, Points],
     difference: Report,
-    alignment: Alignment,
-    spread: Spread,
-    *,
-    aligned: bool,
+    fit: Fit,
 ) -> Comparison:
     """Return what came of a later scan that was held against the earlier one.
 
     `points` are those of both surveys as they were read, in the later one's frame and unit.
     """
-    ground = _Ground.of(reports, points, difference.level, alignment, spread)
+    ground = _Ground.of(reports, points, difference.level, fit)
     found = _places(difference, ground)
     listed = [one for one in found if one.reason is None]
     others = [one for one in found if one.reason is not None]
@@ -192,10 +188,8 @@ def comparison_of(  # noqa: PLR0913, PLR0917 - what a comparison consists of
         gain=ground.summed([one for one in listed if one.pile.volume_m3 > 0.0]),
         loss=ground.summed([one for one in listed if one.pile.volume_m3 <= 0.0]),
         net=ground.summed(listed),
-        alignment=alignment,
-        spread=spread,
-        aligned=aligned,
-        warnings=(*_warnings(reports, alignment, spread, aligned=aligned), *_not_counted(others)),
+        fit=fit,
+        warnings=(*_warnings(reports, fit, difference.level), *_not_counted(others)),
         scene=difference.level,
     )
 
@@ -225,26 +219,36 @@ def _match(
     return Match(*group, volumes[0], volumes[1], Change(volumes[1] - volumes[0], u95))
 
 
-def _warnings(
-    reports: Surveys, alignment: Alignment, spread: Spread, *, aligned: bool
-) -> tuple[str, ...]:
+def _warnings(reports: Surveys, fit: Fit, level: Level) -> tuple[str, ...]:
     told = []
     for name, report in zip(("before", "after"), reports, strict=True):
         own = (WITHOUT_GROUND,) if report is None else report.warnings
         told += [f"{name}: {text}" for text in own]
-    told.append("x and y were taken as they are: both scans must be in one frame")
-    if not alignment.blocks:
+    if fit.sideways is None:
+        told.append(
+            "no pile stayed the same, so x and y were taken as they are: both scans must be in one "
+            "frame"
+        )
+    if not fit.alignment.blocks:
         told.append(
             "too little ground was seen in both scans to align them: heights were taken as they "
             "are too, and u95 knows nothing of how well they fit"
         )
-    elif aligned:
-        told.append(
-            f"the earlier scan was raised by {alignment.offset_m:.2g} m to lie on the ground"
-        )
-    if alignment.blocks and not spread.edges_m:
+    elif fit.aligned:
+        told.append(_moved(fit, level))
+    if fit.alignment.blocks and not fit.spread.edges_m:
         told.append("too little ground was seen in both scans to tell how small a change shows")
     return tuple(told)
+
+
+def _moved(fit: Fit, level: Level) -> str:
+    """Return how the earlier scan was moved."""
+    raised = f"the earlier scan was raised by {fit.alignment.offset_m:.2g} m to lie on the ground"
+    shift_m = shift_in_scan_m(fit, level)
+    if shift_m is None:
+        return raised
+    moved = ", ".join(f"{-value:.2g}" for value in shift_m[:2])
+    return f"{raised}, and moved by {moved} m in x and y so that piles lie on themselves"
 
 
 def _not_counted(others: Sequence[_Found]) -> list[str]:

@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from divespot import _native
 from divespot.report import COMMON, COVERAGE, finite
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from divespot.report import Pile, Report
     from divespot.results.alignment import Alignment
     from divespot.results.detection import Spread
+    from divespot.results.sideways import Sideways
     from divespot.settings import Settings
 
 SCHEMA = "divespot.comparison/1"
@@ -86,6 +89,29 @@ class Match:
         return "in both" if self.before and self.after else "new" if self.after else "gone"
 
 
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """How well two surveys lie on each other.
+
+    Attributes
+    ----------
+    alignment
+        In height, on ground that did not change.
+    sideways
+        In x and y, on piles that did not change; None where there is none.
+    spread
+        How far the two differ on ground that did not change.
+    aligned
+        Whether the earlier survey was raised and moved accordingly.
+
+    """
+
+    alignment: Alignment
+    sideways: Sideways | None
+    spread: Spread
+    aligned: bool
+
+
 @dataclass(frozen=True, repr=False)
 class Comparison:
     """Two surveys of a place.
@@ -93,9 +119,8 @@ class Comparison:
     `before` and `after` are their reports, None where no ground was in view; `settings` are those
     with which the change was measured.
     `gain` are the places that gained, `loss` those that lost, `net` both; what of them is not
-    counted is in `not_counted`, with the reason. `aligned` says whether the earlier scan was raised
-    so that stable ground lies on stable ground, `spread` how far the two differ there. `scene` has
-    the heights of the later scan and, as base, of the earlier one.
+    counted is in `not_counted`, with the reason. `fit` says how well the two lie on each other.
+    `scene` has the heights of the later scan and, as base, of the earlier one.
     """
 
     before: Report | None
@@ -108,11 +133,29 @@ class Comparison:
     gain: Change
     loss: Change
     net: Change
-    alignment: Alignment
-    spread: Spread
-    aligned: bool
+    fit: Fit
     warnings: tuple[str, ...]
     scene: Level = field(repr=False, compare=False)
+
+    @property
+    def alignment(self) -> Alignment:
+        """How the two lie to each other in height."""
+        return self.fit.alignment
+
+    @property
+    def spread(self) -> Spread:
+        """How far the two differ on ground that did not change."""
+        return self.fit.spread
+
+    @property
+    def aligned(self) -> bool:
+        """Whether the earlier survey was raised, and moved."""
+        return self.fit.aligned
+
+    @property
+    def shift_m(self) -> Position | None:
+        """By how much the earlier scan lies off the later one in its frame, in metres."""
+        return shift_in_scan_m(self.fit, self.level)
 
     @property
     def level(self) -> Level:
@@ -155,15 +198,26 @@ class Comparison:
         return json.dumps(finite(self.to_dict()), indent=indent, allow_nan=False)
 
     def _alignment(self) -> dict[str, Any]:
-        found = self.alignment
+        found, beside = self.alignment, self.fit.sideways
         return {
             "aligned": self.aligned,
             "offset_m": found.offset_m,
             "u95_offset_m": COVERAGE * math.sqrt(float(found.covariance[0, 0])),
             "tilt": list(found.tilt),
+            "shift_m": None if self.shift_m is None else list(self.shift_m),
+            "u95_shift_m": None if beside is None else COVERAGE * beside.u_m,
             "blocks": found.blocks,
             "spread_m": found.spread_m,
         }
+
+
+def shift_in_scan_m(fit: Fit, level: Level) -> Position | None:
+    """Return the shift sideways in the scan's frame; None where it is not known."""
+    if fit.sideways is None:
+        return None
+    ends = level.frame.to_scan(np.array([(0.0, 0.0, 0.0), (*fit.sideways.shift_m, 0.0)]))
+    x, y, z = ((ends[1] - ends[0]) * level.frame.metres).tolist()
+    return x, y, z
 
 
 def _survey(source: Source, report: Report | None) -> dict[str, Any]:

@@ -37,6 +37,13 @@ def labels(piles: Sequence[Pile], frame: Frame, level: Level) -> NDArray[np.int6
     return found.reshape(x.shape)
 
 
+def both_labels(
+    before: Sequence[Pile], after: Sequence[Pile], level: Level
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the labels of the piles of two surveys."""
+    return labels(before, level.frame, level), labels(after, level.frame, level)
+
+
 def matched(
     before: NDArray[np.int64], after: NDArray[np.int64], counts: tuple[int, int]
 ) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:

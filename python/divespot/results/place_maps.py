@@ -46,6 +46,13 @@ def _grown(cells: NDArray[np.bool_], steps: int) -> NDArray[np.bool_]:
     return cells
 
 
+def slopes_of(level: Level) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the slopes along x and y of what lies midway between the surveys, 0 if unknown."""
+    middle = (level.height_map.heights_m + level.base_m) / 2.0
+    along_y, along_x = np.gradient(middle, level.height_map.cell_m)
+    return np.asarray(np.nan_to_num(along_x)), np.asarray(np.nan_to_num(along_y))
+
+
 def things(reports: Iterable[Report | None], level: Level) -> NDArray[np.bool_]:
     """Return where either survey shows what is no bulk material."""
     standing = [
