@@ -94,9 +94,8 @@ def again(seed: int, gone: int | None = None) -> Comparison:
     )
 
 
-@pytest.mark.parametrize("seed", [1, 3])
-def test_where_nothing_changed_nothing_is_counted(seed: int) -> None:
-    found = again(seed)
+def test_where_nothing_changed_nothing_is_counted() -> None:
+    found = again(1)
     assert found.places == ()
     assert found.net.is_none
     assert found.net.volume_m3 == 0.0
