@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from divespot.frame import Frame
     from divespot.ground_level import GroundLevel
     from divespot.intake import Cloud
+    from divespot.io.scan import Registration
     from divespot.objects import Measured
     from divespot.pose import Pose
     from divespot.rounding import Rounding
@@ -39,11 +42,17 @@ def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -
 
 
 def describe(
-    measured: Measured, frame: Frame, rounding: Rounding, settings: Settings
+    measured: Measured,
+    frame: Frame,
+    rounding: Rounding,
+    settings: Settings,
+    registration: Registration | None = None,
 ) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
     """Return piles and other objects, each largest first, placed in the scan's own frame."""
     found = _largest_first(measured.objects)
-    described = [_pile(item, measured, frame, rounding, settings) for item in found]
+    described = [
+        _pile(item, measured, frame, rounding, settings, registration) for item in found
+    ]
     piles = [item for item in described if item.reason is None]
     others = [item for item in described if item.reason is not None]
     return _numbered(piles), _numbered(others)
@@ -63,12 +72,13 @@ def _numbered(items: list[Pile]) -> tuple[Pile, ...]:
     return tuple(dataclasses.replace(item, id=i) for i, item in enumerate(items, start=1))
 
 
-def _pile(
+def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
     raw: _native.RawObject,
     measured: Measured,
     frame: Frame,
     rounding: Rounding,
     settings: Settings,
+    registration: Registration | None,
 ) -> Pile:
     def place(position: Position) -> Position:
         x, y, z = frame.to_scan(np.array(position)).tolist()
@@ -78,6 +88,8 @@ def _pile(
     terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
     own = {term: factor * getattr(raw, term) for term in terms}
     budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
+    if registration is not None:
+        budget = replace(budget, registration_m3=factor * _registration_m3(raw, registration))
     volume = factor * (raw.cut_m3 - raw.fill_m3)
     region = measured.regions[raw.label] if measured.regions else None
     material = region.material if region else None
@@ -104,6 +116,12 @@ def _pile(
         material=material or settings.material,
         reason=raw.reason,
     )
+
+
+def _registration_m3(raw: _native.RawObject, found: Registration) -> float:
+    """Return the standard uncertainty of a volume by the registration, as its frames show it."""
+    height_m3 = raw.footprint_m2 * found.u_height_m
+    return math.hypot(height_m3, found.u_scale * (raw.cut_m3 - raw.fill_m3))
 
 
 def _by_base(raw: _native.RawObject, measured: Measured, factor: float) -> dict[str, float] | None:

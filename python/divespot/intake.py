@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from divespot.directions import Position
+    from divespot.io.scan import Registration
     from divespot.settings import Settings
 
 #: Fewest points of a scan.
@@ -51,9 +52,9 @@ class TensorCloud(Protocol):
         """What each of its points has."""
 
 
-#: A path, several that are one survey, points, or what holds points.
+#: A scan, a path, several that are one survey, points, or what holds points.
 Scannable: TypeAlias = (
-    "str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike "
+    "Scan | str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike "
     "| LegacyCloud | TensorCloud"
 )
 
@@ -102,7 +103,7 @@ class Cloud:
     in metres, where that is known. `quantum_m` are the steps to which x, y and z were rounded
     before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
     the standard uncertainty step / sqrt(12). `scale` are metres of the scan's x and y to a metre
-    of the cloud's.
+    of the cloud's. `registration` says how well frames fit that it was fused from.
     """
 
     points: NDArray[np.float64]
@@ -113,6 +114,7 @@ class Cloud:
     sensor_m: Position | None = None
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     scale: float = 1.0
+    registration: Registration | None = None
 
 
 def load(source: Scannable, settings: Settings) -> Cloud:
@@ -160,6 +162,7 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
         place,
         scan.quantum_m,
         scale,
+        scan.registration,
     )
 
 
@@ -176,6 +179,8 @@ def _refuse_coarse(scan: Scan, points: NDArray[np.float64]) -> None:
 
 
 def _scan(source: Scannable, settings: Settings) -> Scan:
+    if isinstance(source, Scan):
+        return source
     if isinstance(source, str | os.PathLike) or are_paths(source):
         crop = settings.crop
         return read(

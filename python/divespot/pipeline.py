@@ -54,7 +54,8 @@ def measure(
     source
         The path of a scan (PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY, NPZ), a list of
         paths that are one survey, or points of shape ``(n, 3)``, or ``(h, w, 3)`` for the pixels
-        of a frame, in metres; or an Open3D point cloud. Points that are not finite or all zero are
+        of a frame, in metres; or an Open3D point cloud; or a `Scan`, as `divespot.frames.fuse`
+        gives. Points that are not finite or all zero are
         dropped and counted.
     settings
         What to do, as `Settings` or as a dict of some of them, such as those of a report; by
@@ -128,7 +129,8 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
         measured = run("holes", with_holes, measured, grid, bases, s)
-    piles, others = describe(measured, frame, Rounding.of(cloud, pose, scan), s)
+    rounding = Rounding.of(cloud, pose, scan)
+    piles, others = describe(measured, frame, rounding, s, cloud.registration)
     base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(
         source=cloud.source,

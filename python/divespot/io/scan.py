@@ -29,6 +29,45 @@ class Whole:
 
 
 @dataclass(frozen=True, eq=False)
+class Registration:
+    """How the frames of a scan were put together, and how well they fit.
+
+    Attributes
+    ----------
+    frames
+        Frames that are in the scan.
+    u_height_m
+        Standard uncertainty of heights above the floor that a whole pile has in common: from what
+        frames differ by where they overlap, and from the covariance of their poses.
+    u_scale
+        Relative standard uncertainty of volumes by the camera's offset.
+    between_m
+        Standard deviation of single frames about their mean.
+    offset_m, u_offset_m
+        What was added to all ranges, and its standard uncertainty.
+    loops
+        Pairs of frames that see the same and are no neighbours in time.
+    left_out
+        Names of the frames that fit nowhere.
+    poses
+        From each frame's camera into the scan, (4, 4); None where it was left out.
+    is_still
+        Whether the camera stood still, and its frames were averaged.
+    """
+
+    frames: int
+    u_height_m: float
+    u_scale: float
+    between_m: float
+    offset_m: float
+    u_offset_m: float
+    loops: int
+    left_out: tuple[str, ...]
+    poses: tuple[FloatArray | None, ...]
+    is_still: bool
+
+
+@dataclass(frozen=True, eq=False)
 class Scan:
     """Points in metres, and what is known about where they came from.
 
@@ -62,6 +101,10 @@ class Scan:
         All files, where several were merged; `path` is the first of them.
     whole : Whole or None
         What the file says of all its points, where it was asked to look at some.
+    sensors_m : ndarray, shape (n, 3), or None
+        Where the camera stood in each frame, of a scan that was fused from some.
+    registration : Registration or None
+        How its frames were put together.
     """
 
     points: FloatArray
@@ -77,6 +120,8 @@ class Scan:
     format: str | None = None
     files: tuple[str, ...] = ()
     whole: Whole | None = None
+    sensors_m: FloatArray | None = None
+    registration: Registration | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from divespot.simulate.pose import Pose
 from divespot.simulate.scan import SimulatedScan, scan
 from divespot.simulate.scene import Camera, Pile, Scene
 from divespot.simulate.scenes import NAMES, scene_named
+from divespot.simulate.sequence import SimulatedFrames, frames
 from divespot.simulate.surface import Surface
 from divespot.simulate.things import Box, Hanging, Person, Rod, RoundWall, Thing, Wall
 
@@ -30,10 +31,12 @@ __all__ = [
     "Rod",
     "RoundWall",
     "Scene",
+    "SimulatedFrames",
     "SimulatedScan",
     "Surface",
     "Thing",
     "Wall",
+    "frames",
     "scan",
     "scene_named",
 ]

@@ -78,7 +78,19 @@ def look(scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
     DivespotError
         If the lens lies under the surface.
     """
-    origin = lens(scene.camera, frame)
+    return look_from(lens(scene.camera, frame), scene, surface, frame, directions)
+
+
+def look_from(
+    origin: Array, scene: Scene, surface: Surface, frame: int, directions: Array
+) -> View:
+    """Find what each pixel sees first from a place; things are where they are in a frame.
+
+    Raises
+    ------
+    DivespotError
+        If the place lies under the surface.
+    """
     if origin[2] <= surface.z(origin[:1], origin[1:2])[0]:
         raise DivespotError(f"the lens is at {origin}, under the surface: a higher one is needed")
     distance_m = meet_surface(surface, origin, directions)

@@ -108,7 +108,7 @@ def scan(
         scene = scene_named(scene, seed)
     if not isinstance(scene, Scene):
         raise DivespotError(f"scene is a {type(scene).__name__}: a Scene or a name is needed")
-    scene = _denser(scene, density)
+    scene = denser(scene, density)
     surface, volumes_m3 = terrain(scene, seed)
     directions = rays(scene.camera)
     frames = [
@@ -134,7 +134,8 @@ def scan(
     return SimulatedScan(points, labels, volumes_m3, pose, scene, seed, repeat, surface)
 
 
-def _denser(scene: Scene, density: float) -> Scene:
+def denser(scene: Scene, density: float) -> Scene:
+    """Return a scene with more pixels and smaller voxels, or fewer and larger ones."""
     if not 0 < number("density", density) <= 100:
         raise DivespotError(f"density is {density}: a number above 0 and up to 100 is needed")
     finer = density**0.5

@@ -22,6 +22,7 @@ mod terrain;
 
 pub mod cancel;
 pub mod cloud;
+pub mod frames;
 pub mod ground;
 pub mod ground_peak;
 pub mod hdbscan;

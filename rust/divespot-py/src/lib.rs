@@ -4,6 +4,7 @@ mod array;
 mod bases;
 mod e57;
 mod errors;
+mod frames;
 mod ground;
 mod hdbscan;
 mod heightmap;
@@ -25,6 +26,8 @@ mod _native {
     use crate::bases::{RawBase, plane_base, surface_base};
     #[pymodule_export]
     use crate::e57::read_e57;
+    #[pymodule_export]
+    use crate::frames::{RawFusion, RawJoint, RawTracker, average_frames};
     #[pymodule_export]
     use crate::ground::{find_ground, leveling, survey, unevenness_of_rays};
     #[pymodule_export]

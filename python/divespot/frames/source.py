@@ -1,0 +1,201 @@
+"""Where depth frames come from: arrays, files of arrays, folders and lists of images."""
+
+from __future__ import annotations
+
+import os
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+from zipfile import BadZipFile
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.extras import extra
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import ArrayLike, NDArray
+
+Depth: TypeAlias = "str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike"
+
+IMAGES = (".png", ".tif", ".tiff")
+ARRAYS = (".npy", ".npz")
+#: Metres in a step of whole numbers: all common depth cameras write millimetres.
+STEP_M = 0.001
+#: Pixels of an image at most: four times those of any depth camera.
+MOST_PIXELS = 1 << 24
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """Depth frames, one at a time.
+
+    Attributes
+    ----------
+    items
+        An image or an array each.
+    names
+        What each is called.
+    step_m
+        Metres in a unit of their numbers; None: a millimetre for whole numbers, else a metre.
+    times_s
+        When each was taken, where their names say so.
+
+    """
+
+    items: Sequence[Path | NDArray[Any]]
+    names: tuple[str, ...]
+    step_m: float | None = None
+    times_s: tuple[float, ...] | None = field(default=None)
+
+    @classmethod
+    def of(cls, depth: Depth, step_m: float | None = None) -> Frames:
+        """Return the frames of whatever holds some.
+
+        Raises
+        ------
+        DivespotError
+            There are none, or they cannot be read.
+
+        """
+        if step_m is not None and not 0.0 < step_m < 1e3:
+            raise DivespotError(f"depth_scale is {step_m}: metres in a unit, above 0, are needed")
+        if isinstance(depth, str | os.PathLike):
+            return cls._of_path(Path(os.fsdecode(depth)), step_m)
+        is_list = isinstance(depth, list | tuple) and len(depth) > 0
+        if is_list and all(isinstance(one, str | os.PathLike) for one in depth):  # type: ignore[union-attr]
+            return cls._of_files([Path(os.fsdecode(one)) for one in depth], step_m)  # type: ignore[union-attr,arg-type]
+        return cls._of_array(np.asarray(depth), "frame", step_m)
+
+    @classmethod
+    def _of_path(cls, path: Path, step_m: float | None) -> Frames:
+        if path.is_dir():
+            inner = path / "depth"  # as in the folders of TUM's and Open3D's tools
+            return cls._of_files(_in_order(inner if inner.is_dir() else path), step_m)
+        return cls._of_files([path], step_m)
+
+    @classmethod
+    def _of_files(cls, files: list[Path], step_m: float | None) -> Frames:
+        if len(files) == 1 and files[0].suffix.lower() in ARRAYS:
+            return cls._of_array(_array(files[0]), str(files[0]), step_m)
+        for file in files:
+            if file.suffix.lower() not in (*IMAGES, *ARRAYS):
+                raise DivespotError(
+                    f"{file}: a frame is one of {', '.join((*IMAGES, *ARRAYS))}: depth of 16 bits "
+                    "or more is needed"
+                )
+        names = tuple(str(file) for file in files)
+        return cls(files, names, step_m, _times(files))
+
+    @classmethod
+    def _of_array(cls, array: NDArray[Any], name: str, step_m: float | None) -> Frames:
+        if array.dtype.kind not in "iuf" or array.ndim not in (2, 3) or 0 in array.shape:
+            raise DivespotError(
+                f"{name}: has shape {array.shape} and dtype {array.dtype}: depth of shape (h, w) "
+                "or (n, h, w) is needed"
+            )
+        stack = array if array.ndim == 3 else array[None]
+        names = tuple(f"{name} {number}" for number in range(1, len(stack) + 1))
+        return cls(stack, names, step_m)  # type: ignore[arg-type]  # an array is a sequence
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __iter__(self) -> Iterator[NDArray[np.float32]]:
+        return (self[number] for number in range(len(self)))
+
+    def __getitem__(self, number: int) -> NDArray[np.float32]:
+        """Return a frame's depths in metres; what is not above 0 was not seen."""
+        item = self.items[number]
+        array = _image(item) if isinstance(item, Path) else item
+        step_m = self.step_m
+        if step_m is None:
+            step_m = STEP_M if array.dtype.kind in "iu" else 1.0
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.ascontiguousarray(array.astype(np.float32) * np.float32(step_m))
+
+
+def _in_order(folder: Path) -> list[Path]:
+    """Return the frames in a folder, by the numbers in their names."""
+    try:
+        found = [f for f in folder.iterdir() if f.suffix.lower() in (*IMAGES, *ARRAYS)]
+    except OSError as error:
+        raise DivespotError(f"{folder}: cannot be read ({error.strerror or error})") from None
+    if not found:
+        raise DivespotError(
+            f"{folder}: holds no frames: {', '.join((*IMAGES, *ARRAYS))} are needed"
+        )
+    return sorted(found, key=lambda file: (_key(file.stem), file.name))
+
+
+def _key(stem: str) -> list[tuple[int, float, str]]:
+    parts = re.split(r"(\d+(?:\.\d+)?)", stem)
+    return [(0, float(p), "") if p[:1].isdigit() else (1, 0.0, p) for p in parts if p]
+
+
+def _times(files: list[Path]) -> tuple[float, ...] | None:
+    """Return the times that names such as 1305031102.160407.png state."""
+    times = [re.fullmatch(r"(\d+\.\d+)", file.stem) for file in files]
+    return tuple(float(one[1]) for one in times if one) if all(times) and times else None
+
+
+def _array(file: Path) -> NDArray[Any]:
+    try:
+        found = np.load(file, mmap_mode="r" if file.suffix.lower() == ".npy" else None)
+        if not isinstance(found, np.ndarray):
+            found = _chosen(dict(found), file)
+    except OSError as error:
+        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
+    except (ValueError, EOFError, BadZipFile):
+        raise DivespotError(f"{file}: is no array of numbers") from None
+    return np.asarray(found)
+
+
+def _chosen(arrays: dict[str, NDArray[Any]], file: Path) -> NDArray[Any]:
+    if "depth" in arrays:
+        return arrays["depth"]
+    if len(arrays) == 1:
+        return next(iter(arrays.values()))
+    raise DivespotError(f"{file}: holds {len(arrays)} arrays: one, or one named depth, is needed")
+
+
+def _image(file: Path) -> NDArray[Any]:
+    if file.suffix.lower() in ARRAYS:
+        array = _array(file)
+    else:
+        array = _picture(file)
+    if array.ndim != 2:
+        raise DivespotError(f"{file}: has shape {array.shape}: one depth a pixel is needed")
+    if array.dtype == np.uint8:
+        raise DivespotError(
+            f"{file}: has 8 bits a pixel, as colours have: depth has 16 bits or more"
+        )
+    return array
+
+
+def _picture(file: Path) -> NDArray[Any]:
+    pil = extra("PIL.Image", "frames", "depth images need Pillow")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what a library says of damaged files is said below
+            with pil.open(file) as image:
+                if image.width * image.height > MOST_PIXELS:
+                    raise DivespotError(f"{file}: has {image.width} x {image.height} pixels")
+                return np.asarray(image)
+    except DivespotError:
+        raise
+    except OSError as error:
+        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
+    except Exception:  # noqa: BLE001 - a damaged image raises whatever its decoder does
+        raise DivespotError(f"{file}: is damaged, or no image") from None
+
+
+def write_png(file: Path, depth: NDArray[np.uint16]) -> None:
+    """Write a depth image of 16 bits."""
+    pil = extra("PIL.Image", "frames", "depth images need Pillow")
+    pil.fromarray(depth).save(file)

@@ -1,0 +1,194 @@
+//! A frame laid on the model: point to plane, coarse to fine (Chen and Medioni 1992).
+
+use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
+
+use crate::parallel::map_chunks;
+use crate::robust::scale;
+
+use super::Patch;
+use super::model::Index;
+use super::motion::Motion;
+
+/// How a frame lies on the model.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fit {
+    pub(crate) pose: Motion,
+    /// Share of the patches that have a part of the model near by.
+    pub(crate) overlap: f64,
+    /// Share of those that lie on it.
+    pub(crate) lying: f64,
+    /// Robust standard deviation of their distances.
+    pub(crate) sigma_m: f64,
+    /// Mean cost of a patch with a part of the model near by.
+    pub(crate) cost: f64,
+    /// The direction of motion, if any, that the scene does not fix.
+    pub(crate) sliding: Option<Vector3<f64>>,
+}
+
+/// A level: how far away a surfel is looked for, as a part of the range, and which patches.
+struct Level {
+    reach: f64,
+    every: usize,
+    rounds: usize,
+}
+
+/// From a tenth of the range, a few times what a hand moves between two frames, to the size of a
+/// few patches.
+const COARSE: [Level; 2] =
+    [Level { reach: 0.12, every: 4, rounds: 15 }, Level { reach: 0.05, every: 2, rounds: 10 }];
+const FINE: [Level; 1] = [Level { reach: 0.02, every: 1, rounds: 8 }];
+/// Cosine of the angle between normals of one surface.
+const ALIKE: f64 = 0.85;
+/// A residual beyond this part of the reach, or beyond so many standard deviations, counts less.
+const HUBER: f64 = 0.1;
+const DEVIATIONS: f64 = 3.0;
+/// Steps below this length, in radians and parts of the range, end a level.
+const DONE: f64 = 2e-6;
+/// A motion is fixed by a scene whose surfaces have this mean squared slope along it: that of a
+/// floor that is a degree and a half off its plane everywhere.
+const FIXED: f64 = 6e-4;
+/// Patches that a thread takes at a time.
+const CHUNK: usize = 512;
+/// A patch lies on the model within so many standard deviations.
+const ON: f64 = 4.0;
+
+/// Lays patches on the model, from a pose that is roughly known.
+pub(crate) fn lay(
+    index: &Index,
+    patches: &[Patch],
+    start: Motion,
+    rough: bool,
+    threads: usize,
+) -> Fit {
+    let range_m = typical_range_m(patches);
+    let mut run = Run { index, patches, range_m, threads, pose: start, sliding: None };
+    let levels = COARSE.iter().filter(|_| rough).chain(&FINE);
+    levels.for_each(|level| run.level(level));
+    run.judged()
+}
+
+/// The median distance of what a frame shows.
+pub(crate) fn typical_range_m(patches: &[Patch]) -> f64 {
+    crate::robust::median(patches.iter().map(|p| p.at.norm()).collect())
+}
+
+struct Run<'a> {
+    index: &'a Index,
+    patches: &'a [Patch],
+    range_m: f64,
+    threads: usize,
+    pose: Motion,
+    sliding: Option<Vector3<f64>>,
+}
+
+/// A patch and the plane that it is laid on.
+#[derive(Clone, Copy)]
+struct Pair {
+    at: Vector3<f64>,
+    normal: Vector3<f64>,
+    off_m: f64,
+    slope_var: f64,
+}
+
+impl Run<'_> {
+    fn level(&mut self, level: &Level) {
+        let reach_m = (level.reach * self.range_m).max(self.index.cube_m);
+        for _ in 0..level.rounds {
+            let pairs = self.pairs(reach_m, level.every);
+            if pairs.len() < 6 || self.step(&pairs, reach_m) < DONE {
+                break;
+            }
+        }
+    }
+
+    fn pairs(&self, reach_m: f64, every: usize) -> Vec<Pair> {
+        let count = self.patches.len().div_ceil(every);
+        let found = map_chunks(count, CHUNK, self.threads, |range| {
+            range.filter_map(|k| self.pair(&self.patches[k * every], reach_m)).collect::<Vec<_>>()
+        });
+        found.concat()
+    }
+
+    fn pair(&self, patch: &Patch, reach_m: f64) -> Option<Pair> {
+        let at = self.pose.apply(&patch.at);
+        let surfel = self.index.surfels[self.index.nearest(&at, reach_m)?];
+        let alike = surfel.normal.dot(&(self.pose.rotation * patch.normal));
+        let off_m = surfel.normal.dot(&(at - surfel.at));
+        let pair = Pair { at, normal: surfel.normal, off_m, slope_var: patch.slope_var };
+        (alike > ALIKE).then_some(pair)
+    }
+
+    /// Moves the pose; returns by how much.
+    fn step(&mut self, pairs: &[Pair], reach_m: f64) -> f64 {
+        let spread = scale(pairs.iter().map(|p| p.off_m));
+        let limit_m = (HUBER * reach_m).max(DEVIATIONS * spread);
+        let middle = pairs.iter().map(|p| p.at).sum::<Vector3<f64>>() / pairs.len() as f64;
+        let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
+        let (mut weight, mut slope_var) = (0.0, 0.0);
+        for pair in pairs {
+            let w = if pair.off_m.abs() <= limit_m { 1.0 } else { limit_m / pair.off_m.abs() };
+            let turn = (pair.at - middle).cross(&pair.normal) / self.range_m;
+            let n = pair.normal;
+            let row = Vector6::new(turn.x, turn.y, turn.z, n.x, n.y, n.z);
+            normal += row * row.transpose() * w;
+            right -= row * (w * pair.off_m);
+            weight += w;
+            slope_var += w * pair.slope_var;
+        }
+        let least = FIXED.max(2.0 * slope_var / weight) * weight;
+        let step = self.fixed_part(&normal, &right, least);
+        let by: Vector3<f64> = step.fixed_rows::<3>(0) / self.range_m;
+        let shift: Vector3<f64> = step.fixed_rows::<3>(3).into();
+        self.pose = Motion::small(&by, &middle, &shift).after(&self.pose);
+        by.norm() + shift.norm() / self.range_m
+    }
+
+    /// Solves for the motions that the scene fixes; the others stay as they were expected.
+    fn fixed_part(
+        &mut self,
+        normal: &Matrix6<f64>,
+        right: &Vector6<f64>,
+        least: f64,
+    ) -> Vector6<f64> {
+        let eigen = SymmetricEigen::new(*normal);
+        let mut step = Vector6::zeros();
+        let mut slid = (0.0, None);
+        for k in 0..6 {
+            let (value, axis) = (eigen.eigenvalues[k], eigen.eigenvectors.column(k));
+            if value > least {
+                step += axis * (axis.dot(right) / value);
+                continue;
+            }
+            let shift: Vector3<f64> = axis.fixed_rows::<3>(3).into();
+            if shift.norm() > slid.0 {
+                slid = (shift.norm(), Some(shift / shift.norm()));
+            }
+        }
+        self.sliding = slid.1;
+        step
+    }
+
+    fn judged(&self) -> Fit {
+        let reach_m = 2.0 * self.index.cube_m;
+        let near = |p: &Patch| self.index.nearest(&self.pose.apply(&p.at), reach_m).is_some();
+        let near: Vec<Patch> = self.patches.iter().copied().filter(near).collect();
+        let (index, range_m, threads) = (self.index, self.range_m, self.threads);
+        let run = Run { index, patches: &near, range_m, threads, pose: self.pose, sliding: None };
+        let pairs = run.pairs(reach_m, 1);
+        let sigma_m = scale(pairs.iter().map(|p| p.off_m));
+        let on_m = ON * sigma_m.max(1e-3 * self.range_m);
+        let lying = pairs.iter().filter(|p| p.off_m.abs() < on_m).count() as f64;
+        let cap_m = 0.02 * self.range_m;
+        let unpaired = (near.len() - pairs.len()) as f64 * cap_m;
+        let cost = unpaired + pairs.iter().map(|p| p.off_m.abs().min(cap_m)).sum::<f64>();
+        let (all, count) = (self.patches.len().max(1) as f64, near.len().max(1) as f64);
+        Fit {
+            pose: self.pose,
+            overlap: near.len() as f64 / all,
+            lying: lying / count,
+            sigma_m,
+            cost: cost / count,
+            sliding: self.sliding,
+        }
+    }
+}

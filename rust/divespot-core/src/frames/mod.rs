@@ -1,0 +1,30 @@
+//! Depth frames put together: from the pixels of a sequence to one scan.
+//!
+//! A frame is cut into small plane patches; patches are laid on a model of all that was seen
+//! before, frame by frame, and then all poses are solved for at once, with the floor as one smooth
+//! surface. Every sum is taken in a fixed order, or in integers.
+
+mod camera;
+mod edges;
+mod fusion;
+mod icp;
+mod joint;
+mod links;
+mod model;
+mod motion;
+mod noise;
+mod normal_equations;
+mod patches;
+mod search;
+mod still;
+mod track;
+
+pub use camera::Camera;
+pub use edges::usable;
+pub use fusion::{Fused, Fusion};
+pub use joint::Joint;
+pub use motion::Motion;
+pub use noise::Noise;
+pub use patches::{Patch, patches};
+pub use still::{Averaged, averaged};
+pub use track::{Lost, Placed, Tracker};

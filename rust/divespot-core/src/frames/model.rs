@@ -1,0 +1,168 @@
+//! What was seen so far: patches averaged in cubes, to be looked up by place.
+
+use std::collections::BTreeMap;
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use nalgebra::Vector3;
+
+use super::{Motion, Patch};
+
+/// A piece of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Surfel {
+    pub(crate) at: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
+    pub(crate) count: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    at: Vector3<f64>,
+    normal: Vector3<f64>,
+    count: f64,
+}
+
+/// Sums of patches, a cube each.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    cube_m: f64,
+    cubes: BTreeMap<[i32; 3], Sums>,
+}
+
+/// Normals of a cube that differ more than so have no mean: it holds an edge.
+const AGREEING: f64 = 0.8;
+/// Two surfels nearer than this part of a cube are one, parted by a face between cubes.
+const APART: f64 = 0.6;
+
+impl Model {
+    pub(crate) fn new(cube_m: f64) -> Self {
+        Self { cube_m, cubes: BTreeMap::new() }
+    }
+
+    /// Adds the patches of a frame, seen from `pose`.
+    pub(crate) fn add(&mut self, patches: &[Patch], pose: &Motion) {
+        for patch in patches {
+            let at = pose.apply(&patch.at);
+            let normal = pose.rotation * patch.normal;
+            let key = std::array::from_fn(|k| (at[k] / self.cube_m).floor() as i32);
+            let none = Sums { at: Vector3::zeros(), normal: Vector3::zeros(), count: 0.0 };
+            let sums = self.cubes.entry(key).or_insert(none);
+            sums.at += at * patch.count;
+            sums.normal += normal * patch.count;
+            sums.count += patch.count;
+        }
+    }
+
+    /// The surfels, those parted by a face of cubes put together, in the order of their cubes.
+    pub(crate) fn surfels(&self) -> Vec<Surfel> {
+        let mean = |sums: &Sums| {
+            let length = sums.normal.norm();
+            (length > AGREEING * sums.count).then(|| Surfel {
+                at: sums.at / sums.count,
+                normal: sums.normal / length,
+                count: sums.count,
+            })
+        };
+        self.cubes
+            .iter()
+            .filter_map(|(key, sums)| mean(sums).map(|one| (key, one)))
+            .filter(|(key, one)| !self.is_beside_greater(key, one, &mean))
+            .map(|(_, one)| one)
+            .collect()
+    }
+
+    /// Whether a cube nearby holds more of the same surface; of equal ones the first stays.
+    fn is_beside_greater(
+        &self,
+        key: &[i32; 3],
+        one: &Surfel,
+        mean: &impl Fn(&Sums) -> Option<Surfel>,
+    ) -> bool {
+        let most = APART * self.cube_m;
+        (0..27).filter(|&k| k != 13).any(|k: i32| {
+            let other = [key[0] + k % 3 - 1, key[1] + k / 3 % 3 - 1, key[2] + k / 9 - 1];
+            self.cubes.get(&other).and_then(mean).is_some_and(|beside| {
+                let greater =
+                    beside.count > one.count || (beside.count == one.count && other < *key);
+                greater && (beside.at - one.at).norm() < most
+            })
+        })
+    }
+}
+
+/// Surfels that can be looked up by place.
+pub(crate) struct Index {
+    pub(crate) surfels: Vec<Surfel>,
+    pub(crate) cube_m: f64,
+    tree: Option<ImmutableKdTree<f64, 3>>,
+}
+
+impl Index {
+    pub(crate) fn new(surfels: Vec<Surfel>, cube_m: f64) -> Self {
+        let places: Vec<[f64; 3]> = surfels.iter().map(|s| s.at.into()).collect();
+        let tree = ImmutableKdTree::new_from_slice(&places).ok().filter(|_| !places.is_empty());
+        Self { surfels, cube_m, tree }
+    }
+
+    /// The number of the surfel nearest to a place, within a distance.
+    #[inline]
+    pub(crate) fn nearest(&self, at: &Vector3<f64>, within_m: f64) -> Option<usize> {
+        let place = [at.x, at.y, at.z];
+        let query = self.tree.as_ref()?.query(&place);
+        let found = query.nearest_one::<SquaredEuclidean<f64>>().execute();
+        (found.distance <= within_m * within_m).then_some(found.item as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn patch(at: [f64; 3]) -> Patch {
+        Patch {
+            at: at.into(),
+            ray: -Vector3::z(),
+            normal: Vector3::z(),
+            count: 10.0,
+            rms_m: 0.0,
+            slope_var: 0.0,
+            pixel: 0,
+        }
+    }
+
+    #[test]
+    fn a_floor_on_a_face_between_cubes_gives_one_surfel_a_place() {
+        let mut model = Model::new(0.1);
+        let floor: Vec<Patch> = (0..100)
+            .map(|i| {
+                patch([f64::from(i % 10) * 0.1 + 0.05, 0.05, if i < 60 { 0.001 } else { -0.001 }])
+            })
+            .collect();
+        model.add(&floor, &Motion::default());
+        let surfels = model.surfels();
+        assert_eq!(surfels.len(), 10);
+        assert!(surfels.iter().all(|s| s.at.z == 0.001));
+    }
+
+    #[test]
+    fn the_index_finds_what_a_search_of_all_finds() {
+        let at = |i: u64, k: u64| (crate::sample::mix(3 * i + k) % 1000) as f64 / 1000.0;
+        let surfels: Vec<Surfel> = (0..500)
+            .map(|i| Surfel {
+                at: Vector3::new(at(i, 0), at(i, 1), at(i, 2)),
+                normal: Vector3::z(),
+                count: 1.0,
+            })
+            .collect();
+        let index = Index::new(surfels.clone(), 0.1);
+        for i in 1000..1100 {
+            let place = Vector3::new(at(i, 0), at(i, 1), at(i, 2));
+            let slow = (0..500).min_by(|&a, &b| {
+                (surfels[a].at - place).norm().total_cmp(&(surfels[b].at - place).norm())
+            });
+            assert_eq!(index.nearest(&place, 9.0), slow);
+        }
+        assert_eq!(index.nearest(&Vector3::new(5.0, 0.0, 0.0), 0.1), None);
+        assert_eq!(Index::new(Vec::new(), 0.1).nearest(&Vector3::zeros(), 1.0), None);
+    }
+}

@@ -1,0 +1,204 @@
+//! How the noise of a depth camera grows with range and incidence, taken from its own frames.
+
+use crate::robust::scale;
+
+use super::{Camera, Patch};
+
+/// Standard deviation of a range: `at_metre_m · range^power / cos(incidence)^incidence`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// At a range of 1 m, seen straight on.
+    pub at_metre_m: f64,
+    /// How it grows with range.
+    pub power: f64,
+    /// How it grows with the inverse cosine of the incidence.
+    pub incidence: f64,
+}
+
+impl Default for Noise {
+    /// That of a depth camera nobody looked at yet: 3 mm at a metre.
+    fn default() -> Self {
+        Self { at_metre_m: 0.003, power: 2.0, incidence: 0.0 }
+    }
+}
+
+/// Steepest growth that is believed; the parts of a frame may show no range but one.
+const POWERS: (f64, f64) = (0.0, 3.0);
+/// Smallest noise: a tenth of the step of depths in millimetres.
+const LEAST_M: f64 = 1e-4;
+/// Fewest pixels that say how large the noise is.
+const FEWEST: usize = 50;
+/// Classes of range, in parts of the widest span, and of incidence.
+const CLASSES: usize = 8;
+/// A second difference of three values has so many times their variance.
+const SECOND: f64 = 6.0;
+
+impl Noise {
+    /// Standard deviation of a range at a cosine of the incidence.
+    #[must_use]
+    pub fn sigma_m(&self, range_m: f64, cosine: f64) -> f64 {
+        let grown = libm::pow(range_m, self.power);
+        let tilted = if self.incidence == 0.0 { 1.0 } else { libm::pow(cosine, -self.incidence) };
+        (self.at_metre_m * grown * tilted).max(LEAST_M)
+    }
+
+    /// The noise of the frame that patches were cut from.
+    ///
+    /// A surface is straight over three pixels, so second differences along rows and columns are
+    /// noise; their robust spread is taken in classes of range and incidence, and a power law laid
+    /// through them.
+    #[must_use]
+    pub fn of(camera: &Camera, ranges_m: &[f64], patches: &[Patch]) -> Self {
+        let samples = sampled(camera, ranges_m, patches);
+        let classes = classed(&samples);
+        match classes.len() {
+            0 => Self::default(),
+            _ => fitted(&classes),
+        }
+    }
+}
+
+/// The noise by range, straight on, in steps: a power a pixel would take longer than all else.
+pub(crate) struct ByRange {
+    sigmas_m: Vec<f64>,
+    noise: Noise,
+}
+
+/// Steps of a table in metres, and their number.
+const STEP_M: f64 = 0.005;
+const STEPS: usize = 2048;
+
+impl ByRange {
+    pub(crate) fn new(noise: &Noise) -> Self {
+        let sigma_m = |i: usize| noise.sigma_m((i as f64 + 0.5) * STEP_M, 1.0);
+        Self { sigmas_m: (0..STEPS).map(sigma_m).collect(), noise: *noise }
+    }
+
+    #[inline]
+    pub(crate) fn sigma_m(&self, range_m: f64) -> f64 {
+        match self.sigmas_m.get((range_m / STEP_M) as usize) {
+            Some(&sigma_m) => sigma_m,
+            None => self.noise.sigma_m(range_m, 1.0),
+        }
+    }
+}
+
+/// Range, cosine of the incidence, and a difference that has the standard deviation of the noise.
+type Sample = (f64, f64, f64);
+
+fn sampled(camera: &Camera, ranges_m: &[f64], patches: &[Patch]) -> Vec<Sample> {
+    let mut found = Vec::new();
+    for patch in patches {
+        let (pixel, columns) = (patch.pixel, camera.columns);
+        if pixel % columns == 0 || (pixel + 1) % columns == 0 {
+            continue;
+        }
+        if pixel < columns || pixel + columns >= ranges_m.len() {
+            continue;
+        }
+        for beside in [1, columns] {
+            let middle = ranges_m[pixel];
+            let second = ranges_m[pixel - beside] + ranges_m[pixel + beside] - 2.0 * middle;
+            if second.is_finite() {
+                found.push((middle, patch.cosine(), second / SECOND.sqrt()));
+            }
+        }
+    }
+    found
+}
+
+/// Logarithms of range, inverse cosine and noise of each class with enough samples.
+fn classed(samples: &[Sample]) -> Vec<[f64; 3]> {
+    let low = samples.iter().fold(f64::INFINITY, |low, s| low.min(s.0));
+    let high = samples.iter().fold(0.0_f64, |high, s| high.max(s.0));
+    let width = ((high - low) / CLASSES as f64).max(1e-9);
+    let mut found = Vec::new();
+    for by_range in 0..CLASSES {
+        for (least, most) in [(0.0, 0.7), (0.7, 0.9), (0.9, 1.1)] {
+            let within = |s: &&Sample| {
+                let class = (((s.0 - low) / width) as usize).min(CLASSES - 1);
+                class == by_range && s.1 >= least && s.1 < most
+            };
+            let own: Vec<Sample> = samples.iter().filter(within).copied().collect();
+            if own.len() < FEWEST {
+                continue;
+            }
+            let mean =
+                |part: fn(&Sample) -> f64| own.iter().map(part).sum::<f64>() / own.len() as f64;
+            let sigma = scale(own.iter().map(|s| s.2)).max(LEAST_M);
+            found.push([libm::log(mean(|s| s.0)), -libm::log(mean(|s| s.1)), libm::log(sigma)]);
+        }
+    }
+    found
+}
+
+/// The power law through the classes; powers that they do not tell are those of the default.
+fn fitted(classes: &[[f64; 3]]) -> Noise {
+    let usual = Noise::default();
+    // A weak pull towards the usual powers decides where all classes lie at one range.
+    let pull = 0.05;
+    let mut normal = nalgebra::Matrix3::<f64>::zeros();
+    let mut right = nalgebra::Vector3::<f64>::zeros();
+    for &[range, tilt, sigma] in classes {
+        let row = nalgebra::Vector3::new(1.0, range, tilt);
+        normal += row * row.transpose();
+        right += row * sigma;
+    }
+    normal[(1, 1)] += pull;
+    right[1] += pull * usual.power;
+    normal[(2, 2)] += pull;
+    right[2] += pull * usual.incidence;
+    let Some(found) = normal.cholesky().map(|c| c.solve(&right)) else { return usual };
+    Noise {
+        at_metre_m: libm::exp(found[0]),
+        power: found[1].clamp(POWERS.0, POWERS.1),
+        incidence: found[2].clamp(0.0, 2.0),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::Point;
+    use crate::frames::{patches, usable};
+    use crate::sample::mix;
+
+    /// A pinhole camera of about 65 x 75 degrees.
+    pub(crate) fn camera(rows: usize, columns: usize) -> Camera {
+        let ray = |i: usize| -> Point {
+            let x = 0.77 * (2.0 * ((i % columns) as f64 + 0.5) / columns as f64 - 1.0);
+            let y = 0.64 * (2.0 * ((i / columns) as f64 + 0.5) / rows as f64 - 1.0);
+            let length = (x * x + y * y + 1.0).sqrt();
+            [x / length, y / length, 1.0 / length]
+        };
+        let rays: Vec<Point> = (0..rows * columns).map(ray).collect();
+        Camera::new(rows, columns, &rays).unwrap()
+    }
+
+    /// Ranges of the plane with a normal, `away_m` ahead of the camera.
+    pub(crate) fn plane(camera: &Camera, normal: Point, away_m: f64) -> Vec<f64> {
+        let n = nalgebra::Vector3::from(normal);
+        camera.rays.iter().map(|ray| n.z * away_m / n.dot(ray)).collect()
+    }
+
+    /// Normal numbers, about: the sum of twelve even ones.
+    pub(crate) fn normal(i: u64) -> f64 {
+        (0..12).map(|k| (mix(12 * i + k) >> 11) as f64 / (1_u64 << 53) as f64).sum::<f64>() - 6.0
+    }
+
+    #[test]
+    fn the_noise_of_a_frame_is_that_which_was_put_in() {
+        let camera = camera(240, 320);
+        let truth = |r: f64| 0.0008 * r * r;
+        let mut ranges = plane(&camera, [0.0, 0.5, 1.0], 1.6);
+        for (i, r) in ranges.iter_mut().enumerate() {
+            *r += truth(*r) * normal(i as u64);
+        }
+        let usable = usable(&camera, &ranges, &Noise::default(), 1);
+        let found = Noise::of(&camera, &ranges, &patches(&camera, &ranges, &usable, 1));
+        for range in [1.3, 1.6, 2.0] {
+            let ratio = found.sigma_m(range, 0.8) / truth(range);
+            assert!((0.85..1.15).contains(&ratio), "{range}: {ratio} {found:?}");
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Frames laid on the model one after the other.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::ground::{Axis, Frame, find_ground};
+use crate::plane::Settings;
+
+use super::icp::{Fit, lay, typical_range_m};
+use super::model::{Index, Model};
+use super::motion::Motion;
+use super::search::search;
+use super::{Camera, Noise, Patch, patches, usable};
+
+/// Why a frame could not be placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lost {
+    /// It shows too little.
+    Empty,
+    /// It shows too little of what was seen before.
+    Overlap,
+    /// It fits nowhere on what was seen before.
+    Fit,
+}
+
+/// How a frame was placed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    /// Share of the frame that was seen before.
+    pub overlap: f64,
+    /// Share of that which lies on the model.
+    pub lying: f64,
+    /// Robust standard deviation of the distances from it.
+    pub sigma_m: f64,
+    /// The direction along which nothing tells where the frame lies.
+    pub sliding: Option<[f64; 3]>,
+}
+
+/// A frame that was placed.
+#[derive(Debug, Clone)]
+pub(crate) struct Kept {
+    pub(crate) pose: Motion,
+    pub(crate) patches: Vec<Patch>,
+}
+
+/// The sequence so far.
+#[derive(Debug)]
+pub struct Tracker {
+    camera: Camera,
+    noise: Option<Noise>,
+    threads: usize,
+    model: Option<Model>,
+    /// The frames in turn; none where one was left out.
+    pub(crate) frames: Vec<Option<Kept>>,
+    /// The range that the first frame shows, in the middle.
+    pub(crate) range_m: f64,
+}
+
+/// Fewest patches of a frame.
+const FEWEST: usize = 60;
+/// Least overlap with the model.
+const OVERLAP: f64 = 0.25;
+/// Least share of the overlap that must lie on the model.
+const LYING: f64 = 0.6;
+/// Edge of a cube of the model, as a part of the range: some patches wide.
+const CUBE: f64 = 0.02;
+/// The floor's thickness, as a part of the range, and planes that are tried.
+const FLOOR: f64 = 0.01;
+const HYPOTHESES: u32 = 200;
+/// A frame that lies so well on the model is not looked for elsewhere.
+const WELL: f64 = 0.9;
+
+impl Tracker {
+    /// Nothing was seen yet; `noise` is taken from the first frame unless it is known.
+    #[must_use]
+    pub fn new(camera: Camera, noise: Option<Noise>, threads: usize) -> Self {
+        let threads = crate::thread_count(threads);
+        Self { camera, noise, threads, model: None, frames: Vec::new(), range_m: 1.0 }
+    }
+
+    /// The noise of the camera.
+    #[must_use]
+    pub fn noise(&self) -> Noise {
+        self.noise.unwrap_or_default()
+    }
+
+    /// The range that the first frame shows, in the middle.
+    #[must_use]
+    pub fn range_m(&self) -> f64 {
+        self.range_m
+    }
+
+    pub(crate) fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// Edge of a cube of the model.
+    pub(crate) fn cube_m(&self) -> f64 {
+        CUBE * self.range_m
+    }
+
+    /// The poses, from the frames to the model.
+    #[must_use]
+    pub fn poses(&self) -> Vec<Option<Motion>> {
+        self.frames.iter().map(|kept| kept.as_ref().map(|kept| kept.pose)).collect()
+    }
+
+    /// Places the next frame; `given` is where it stood, more or less, or exactly if `is_exact`.
+    ///
+    /// # Errors
+    ///
+    /// The reason why it was left out.
+    pub fn add(
+        &mut self,
+        ranges_m: &[f64],
+        given: Option<Motion>,
+        is_exact: bool,
+    ) -> Result<Placed, Lost> {
+        let patches = self.cut(ranges_m);
+        let placed = self.place(&patches, given, is_exact);
+        match placed {
+            Ok((pose, placed)) => {
+                let cube_m = self.cube_m();
+                self.model.get_or_insert_with(|| Model::new(cube_m)).add(&patches, &pose);
+                self.frames.push(Some(Kept { pose, patches }));
+                Ok(placed)
+            }
+            Err(lost) => {
+                self.frames.push(None);
+                Err(lost)
+            }
+        }
+    }
+
+    fn cut(&mut self, ranges_m: &[f64]) -> Vec<Patch> {
+        let camera = &self.camera;
+        let cut = |noise: &Noise| {
+            let usable = usable(camera, ranges_m, noise, self.threads);
+            patches(camera, ranges_m, &usable, self.threads)
+        };
+        if let Some(noise) = &self.noise {
+            return cut(noise);
+        }
+        let rough = cut(&Noise::default());
+        let noise = Noise::of(camera, ranges_m, &rough);
+        let found = cut(&noise);
+        if found.len() >= FEWEST {
+            self.noise = Some(noise);
+        }
+        found
+    }
+
+    fn place(
+        &mut self,
+        patches: &[Patch],
+        given: Option<Motion>,
+        is_exact: bool,
+    ) -> Result<(Motion, Placed), Lost> {
+        if patches.len() < FEWEST {
+            return Err(Lost::Empty);
+        }
+        let alone = Placed { overlap: 1.0, lying: 1.0, sigma_m: 0.0, sliding: None };
+        let Some(model) = &self.model else {
+            self.range_m = typical_range_m(patches);
+            let level = leveled(patches, self.range_m, self.threads);
+            return Ok((given.or(level).unwrap_or_default(), alone));
+        };
+        if let Some(pose) = given.filter(|_| is_exact) {
+            return Ok((pose, alone));
+        }
+        let index = Index::new(model.surfels(), self.cube_m());
+        let fit = self.best(&index, patches, given);
+        if fit.overlap < OVERLAP {
+            return Err(Lost::Overlap);
+        }
+        if fit.lying < LYING {
+            return Err(Lost::Fit);
+        }
+        let sliding = fit.sliding.map(Into::into);
+        let Fit { pose, overlap, lying, sigma_m, .. } = fit;
+        Ok((pose, Placed { overlap, lying, sigma_m, sliding }))
+    }
+
+    /// The best of what comes of the places where the frame may lie.
+    fn best(&self, index: &Index, patches: &[Patch], given: Option<Motion>) -> Fit {
+        let expected = given.unwrap_or_else(|| self.expected());
+        let range_m = typical_range_m(patches);
+        let first = lay(index, patches, expected, true, self.threads);
+        if given.is_some() || (first.lying > WELL && self.is_steady()) {
+            return first;
+        }
+        let elsewhere = leveled(patches, range_m, self.threads)
+            .and_then(|level| search(&index.surfels, patches, &level, &expected, range_m))
+            .map(|pose| lay(index, patches, pose, true, self.threads));
+        elsewhere.filter(|fit| is_better(fit, &first)).unwrap_or(first)
+    }
+
+    /// Whether the motion is known from two frames before.
+    fn is_steady(&self) -> bool {
+        self.frames.iter().rev().take(2).filter(|kept| kept.is_some()).count() == 2
+    }
+
+    /// The pose at which the next frame is expected: the last motion goes on.
+    fn expected(&self) -> Motion {
+        let mut placed = self.frames.iter().rev().flatten();
+        let Some(last) = placed.next() else { return Motion::default() };
+        match placed.next() {
+            Some(before) if self.is_steady() => {
+                last.pose.after(&before.pose.inverse().after(&last.pose))
+            }
+            _ => last.pose,
+        }
+    }
+}
+
+/// Whether a frame lies better at one place than at another.
+fn is_better(one: &Fit, other: &Fit) -> bool {
+    one.overlap >= OVERLAP && (other.overlap < OVERLAP || one.cost < 0.9 * other.cost)
+}
+
+/// The motion that lays the floor of a frame onto z = 0, the camera above the origin.
+pub(crate) fn leveled(patches: &[Patch], range_m: f64, threads: usize) -> Option<Motion> {
+    let points: Vec<crate::Point> = patches.iter().map(|p| p.at.into()).collect();
+    let plane = floor(&points, [0.0; 3], range_m, threads)?;
+    let up = Vector3::from(plane.normal);
+    // The camera's x axis becomes the world's, as far as the floor allows; else its y axis.
+    let ahead = if up.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let x = (ahead - up * up.dot(&ahead)).normalize();
+    let rotation = Matrix3::from_columns(&[x, up.cross(&x), up]).transpose();
+    Some(Motion { rotation, shift: Vector3::new(0.0, 0.0, -plane.offset_m) })
+}
+
+/// The floor among points, seen from a place.
+pub(crate) fn floor(
+    points: &[crate::Point],
+    sensor: crate::Point,
+    range_m: f64,
+    threads: usize,
+) -> Option<crate::plane::Plane> {
+    let settings = Settings {
+        threshold_m: FLOOR * range_m,
+        hypotheses: HYPOTHESES,
+        cone: None,
+        seed: 0,
+        threads,
+    };
+    let frame = Frame { sensor: Some(sensor), z: Axis::Ahead };
+    find_ground(points, &[], &settings, frame).ok().map(|ground| ground.plane)
+}
