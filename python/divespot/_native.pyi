@@ -6,9 +6,13 @@ from numpy.typing import NDArray
 
 __all__ = [
     "RawBase",
+    "RawFusion",
     "RawHeightMap",
+    "RawJoint",
     "RawObject",
+    "RawTracker",
     "__version__",
+    "average_frames",
     "find_ground",
     "first_crossing",
     "fit_plane",
@@ -243,3 +247,63 @@ def inside(lines: Sequence[NDArray[np.float64]], at: NDArray[np.float64]) -> NDA
 _E57Scan: TypeAlias = tuple[list[str], NDArray[np.float64], tuple[float, ...] | None]
 
 def read_e57(data: bytes) -> tuple[str | None, list[_E57Scan]]: ...
+
+_Pose: TypeAlias = list[list[float]]
+
+@final
+class RawJoint:
+    @property
+    def poses(self) -> list[_Pose | None]: ...
+    @property
+    def offsets_m(self) -> list[float]: ...
+    @property
+    def offset_m(self) -> float: ...
+    @property
+    def u_offset_m(self) -> float: ...
+    @property
+    def between_m(self) -> float: ...
+    @property
+    def u_height_m(self) -> float: ...
+    @property
+    def uneven_m(self) -> float: ...
+    @property
+    def loops(self) -> int: ...
+    @property
+    def has_floor(self) -> bool: ...
+    @property
+    def range_m(self) -> float: ...
+    @property
+    def noise(self) -> tuple[float, float, float]: ...
+
+@final
+class RawTracker:
+    def __new__(
+        cls, rays: NDArray[np.float64], shape: tuple[int, int], threads: int
+    ) -> RawTracker: ...
+    def add(
+        self, ranges_m: NDArray[np.float32], given: _Pose | None, exact: bool
+    ) -> tuple[tuple[float, float, float, tuple[float, float, float] | None] | None, str]: ...
+    def solve(self, exact: bool) -> RawJoint: ...
+
+@final
+class RawFusion:
+    def __new__(
+        cls,
+        rays: NDArray[np.float64],
+        shape: tuple[int, int],
+        voxel_m: float,
+        coefficients: tuple[float, float, float],
+        range_m: float,
+        threads: int,
+    ) -> RawFusion: ...
+    def add(self, ranges_m: NDArray[np.float32], pose: _Pose, offset_m: float) -> None: ...
+    def merge(self, other: RawFusion) -> None: ...
+    def points(
+        self,
+    ) -> tuple[
+        NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float64]
+    ]: ...
+
+def average_frames(
+    frames: NDArray[np.float32], columns: int, threads: int
+) -> tuple[NDArray[np.float32], NDArray[np.uint32], float, float, float]: ...

@@ -50,9 +50,7 @@ def describe(
 ) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
     """Return piles and other objects, each largest first, placed in the scan's own frame."""
     found = _largest_first(measured.objects)
-    described = [
-        _pile(item, measured, frame, rounding, settings, registration) for item in found
-    ]
+    described = [_pile(item, measured, frame, rounding, settings, registration) for item in found]
     piles = [item for item in described if item.reason is None]
     others = [item for item in described if item.reason is not None]
     return _numbered(piles), _numbered(others)

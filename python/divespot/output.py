@@ -30,6 +30,7 @@ PAGE = re.compile(
 #: The application id in the header of a SQLite file.
 HISTORY = re.compile(rb"SQLite format 3\0.{52}dvsp", re.DOTALL)
 GEOPACKAGE = re.compile(rb"SQLite format 3\0.{52}GPKG.*written by divespot", re.DOTALL)
+POSES = re.compile(rb"# written by divespot: time ")
 DEM = re.compile(rb"(II\*\0|MM\0\*).*written by divespot", re.DOTALL)
 TABLE = re.compile(rb"time,scan,scan_unit,")
 #: Much of a file's beginning and end is looked at.

@@ -12,6 +12,7 @@ from divespot.cli.compare import compare
 from divespot.cli.demo import demo
 from divespot.cli.evaluate import evaluate
 from divespot.cli.failure import Guarded
+from divespot.cli.fuse import fuse
 from divespot.cli.history import history
 from divespot.cli.info import info
 from divespot.cli.materials import materials
@@ -30,7 +31,7 @@ def main() -> None:
     """Measure the volume of each pile in a point cloud, with its uncertainty."""
 
 
-for of_scans in (measure, compare, history, info):
+for of_scans in (measure, fuse, compare, history, info):
     main.add_command(of_scans)
 for other in (simulate, demo, evaluate, reproduce, materials):
     main.add_command(other)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import click
 
 from divespot.base_name import BaseName
+from divespot.cli.depth import DepthFrames, frame_options
 from divespot.cli.failure import Failure, said
 from divespot.cli.options import Grouped, chosen_settings, setting_options
 from divespot.cli.outputs import (
@@ -49,6 +50,7 @@ Files: TypeAlias = tuple[str, ...]
 @click.argument("scans", metavar="SCAN...", type=click.Path(), nargs=-1, required=True)
 @profile_option
 @setting_options
+@frame_options
 @click.option("--merge", is_flag=True, help="measure all SCANs as one survey: tiles, set-ups")
 @json_option(
     "write the report as JSON, - for stdout and nothing else there; of several scans, one "
@@ -99,15 +101,17 @@ def measure(
     SCAN is a PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY or NPZ file, or one of them in a
     GZIP or ZIP file. No option is needed: every length that is not given is derived from the
     scan's own point spacing. A scan that cannot be measured is named on stderr, and the next
-    one is measured.
+    one is measured. With --intrinsics, SCAN is a folder (or an NPY or NPZ file) of depth frames,
+    which are put together first.
     """
     settings = chosen_settings(ctx)
+    depth = DepthFrames.of(ctx)
     files = chosen_files(ctx.params)
     surveys = [scans] if ctx.params["merge"] else [(scan,) for scan in scans]
     _check_usage(ctx, settings, surveys, files)
-    _check(ctx.params, settings, files)
+    _check(ctx.params, settings, files, depth)
     output = Output.of(ctx.params, surveys, files)
-    good = [_measure_one(survey, settings, output) for survey in surveys]
+    good = [_measure_one(survey, settings, output, depth) for survey in surveys]
     if not all(good):
         ctx.exit(1)
 
@@ -134,7 +138,12 @@ def _check_usage(
         raise click.UsageError("--show-unit t needs --material or --density", ctx)
 
 
-def _check(given: Mapping[str, Any], settings: Settings, files: Mapping[ResultFile, str]) -> None:
+def _check(
+    given: Mapping[str, Any],
+    settings: Settings,
+    files: Mapping[ResultFile, str],
+    depth: DepthFrames | None,
+) -> None:
     """Refuse outputs over what is read or is not our own."""
     outputs = {
         "--json": (given["json_file"], REPORT),
@@ -144,7 +153,14 @@ def _check(given: Mapping[str, Any], settings: Settings, files: Mapping[ResultFi
     }
     base = BaseName.parse(settings.base)
     outline = settings.outline if isinstance(settings.outline, str) else None
-    read = (*given["scans"], given["profile"], outline, (base.path or None) if base else None)
+    frames = depth.read() if depth else ()
+    read = (
+        *given["scans"],
+        *frames,
+        given["profile"],
+        outline,
+        (base.path or None) if base else None,
+    )
     check_outputs(outputs, read, force=given["force"])
 
 
@@ -251,10 +267,12 @@ def _attempt(step: Callable[[], None]) -> DivespotError | OSError | None:
     return None
 
 
-def _measure_one(survey: Files, settings: Settings, output: Output) -> bool:
+def _measure_one(
+    survey: Files, settings: Settings, output: Output, depth: DepthFrames | None
+) -> bool:
     """Measure one scan, or several as one, and tell of it; return whether that worked."""
     try:
-        report = run(survey if survey[1:] else survey[0], settings)
+        report = run(survey if survey[1:] else survey[0], settings, depth)
     except (DivespotError, MemoryError) as error:
         sentence = _named(survey, str(error) or "there is too little memory for this scan")
         Failure(sentence).show()
@@ -266,14 +284,17 @@ def _measure_one(survey: Files, settings: Settings, output: Output) -> bool:
     return output.write(report)
 
 
-def run(survey: Files | str | Path, settings: Settings) -> Report:
-    """Measure a file, or several as one, with a progress line."""
+def run(survey: Files | str | Path, settings: Settings, depth: DepthFrames | None = None) -> Report:
+    """Measure a file, several as one, or depth frames, with a progress line."""
     from divespot.pipeline import measure as pipeline  # noqa: PLC0415 - slow to import
 
     first = survey[0] if isinstance(survey, tuple) else survey
     name = printable(click.format_filename(first, shorten=True))
     with progress_line(f"measuring {name}") as on_stage:
-        return pipeline(survey, settings, on_stage=on_stage)
+        if depth is None:
+            return pipeline(survey, settings, on_stage=on_stage)
+        frames = depth.fused(survey, settings.threads, on_stage)  # type: ignore[arg-type]
+        return pipeline(frames, settings, on_stage=on_stage)
 
 
 def _named(survey: Files, sentence: str) -> str:

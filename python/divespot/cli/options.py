@@ -31,6 +31,7 @@ GROUPS = {
     "The surface": ("radius_m", "cell_m", "surface", "margin_m"),
     "What is measured, and above what": ("outline", "inside", "base", "compare_bases"),
     "Mass": ("material", "density_kg_m3", "density_u_kg_m3"),
+    "Depth frames": (*("intrinsics", "depth_scale", "depth_kind", "known_poses", "exact_poses"),),
     "The run": ("preset", "seed", "threads"),
     "The paper's method, with --preset paper": tuple(STAGES),
 }

@@ -14,6 +14,7 @@ from divespot.output import POINTS, REPORT
 
 if TYPE_CHECKING:
     from divespot.simulate import SimulatedScan
+    from divespot.simulate.sequence import Path
 
 TRUTH_SCHEMA = "divespot.truth/1"
 
@@ -45,11 +46,25 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
 @click.option(
     "--output",
     "-o",
-    required=True,
     type=click.Path(),
     metavar="PATH",
     help="file for the points: .ply, .npy, .xyz, .las or .laz",
 )
+@click.option(
+    "--frames",
+    type=click.Path(),
+    metavar="DIR",
+    help="folder for the depth frames instead: 16-bit PNG in mm (NPZ without the extra frames), "
+    "intrinsics.json, true poses.txt",
+)
+@click.option(
+    "--path",
+    type=click.Choice(["rail", "hand", "fixed"]),
+    default="rail",
+    show_default=True,
+    help="how the camera of --frames moves",
+)
+@click.option("--count", type=click.IntRange(min=1), help="frames  [default: the rail's, 45, 30]")
 @click.option(
     "--truth",
     type=click.Path(allow_dash=True),
@@ -60,7 +75,10 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
 @force_option
 def simulate(  # noqa: PLR0913, PLR0917 - one argument an option
     name: str,
-    output: str,
+    output: str | None,
+    frames: str | None,
+    path: Path,
+    count: int | None,
     truth: str | None,
     seed: int,
     density: float,
@@ -69,16 +87,51 @@ def simulate(  # noqa: PLR0913, PLR0917 - one argument an option
     """Simulate a depth camera's scan of the scene NAME, whose volumes are known exactly."""
     from divespot.io import write  # noqa: PLC0415 - slow to import
 
+    if (output is None) == (frames is None):
+        raise click.UsageError("one of --output and --frames is needed")
     outputs = {"--output": (output, POINTS), "--truth": (truth, REPORT)}
     check_outputs(outputs, (), force=force)
+    if frames is not None:
+        _frames(frames, name, path, count, (seed, density), truth=truth, force=force)
+        return
     taken = simulated(name, seed, density)
-    write(output, taken.points)
+    write(str(output), taken.points)
     if truth is not None:
         write_json(truth, json.dumps(truth_of(taken, density), indent=1))
     if truth != STDOUT:
         volumes = " + ".join(f"{volume:.5g}" for volume in taken.volumes_m3) or "0"
-        count = f"{len(taken.points):,}"
-        click.echo(f"{file_name(output)}: {count} points, truth {volumes} m3")
+        points = f"{len(taken.points):,}"
+        click.echo(f"{file_name(str(output))}: {points} points, truth {volumes} m3")
+
+
+def _frames(  # noqa: PLR0913 - what the options say
+    folder: str,
+    name: str,
+    path: Path,
+    count: int | None,
+    drawn: tuple[int, float],
+    *,
+    truth: str | None,
+    force: bool,
+) -> None:
+    """Write depth frames and what is known of them."""
+    from divespot.frames.sequence import require_free, write_frames  # noqa: PLC0415 - slow to import
+    from divespot.simulate import frames  # noqa: PLC0415 - as above
+
+    require_free(folder, force=force)
+    seed, density = drawn
+    with progress_line(f"simulating {name}"):
+        taken = frames(name, path=path, count=count, seed=seed, density=density)
+    written = write_frames(folder, taken.depth, taken.matrix, taken.poses)
+    if truth is not None:
+        known = {"schema": TRUTH_SCHEMA, "name": taken.scene.name, "seed": seed}
+        known |= {"density": density, "frames": len(taken.depth), "path": path}
+        known |= {"volume_m3": taken.volume_m3, "volumes_m3": list(taken.volumes_m3)}
+        write_json(truth, json.dumps(known, indent=1))
+    if truth != STDOUT:
+        volumes = " + ".join(f"{volume:.5g}" for volume in taken.volumes_m3) or "0"
+        told = f"{len(taken.depth)} frames ({written})"
+        click.echo(f"{file_name(folder)}: {told}, truth {volumes} m3")
 
 
 def simulated(name: str, seed: int, density: float = 1.0) -> SimulatedScan:

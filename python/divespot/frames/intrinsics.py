@@ -195,6 +195,8 @@ def parsed(values: Any) -> Intrinsics:  # noqa: ANN401 - whatever a file holds
     for way in (_open3d, _ros, _kinect_calibration, _named):
         try:
             found = way(values)
+        except DivespotError:
+            raise
         except (TypeError, ValueError, KeyError, IndexError, OverflowError):
             raise DivespotError("holds intrinsics of which some are no numbers") from None
         if found is not None:

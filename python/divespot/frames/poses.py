@@ -113,14 +113,14 @@ def _at(
 ) -> NDArray[np.float64]:
     off_s = np.abs(stamps_s[None] - times_s[:, None])
     nearest = off_s.argmin(axis=1)
-    found = poses[nearest].copy()
+    found: NDArray[np.float64] = poses[nearest].copy()
     found[off_s[np.arange(len(times_s)), nearest] > NEAR_S] = np.nan
     return found
 
 
 def require_rigid(poses: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     """Raise DivespotError unless all poses are rigid motions."""
-    turns = poses[:, :3, :3]
+    turns = np.where(np.isfinite(poses[:, :3, :3]), poses[:, :3, :3], 0.0)
     off = np.abs(np.einsum("nij,nkj->nik", turns, turns) - np.eye(3)).max(axis=(1, 2))
     bad = np.flatnonzero(~((off < SQUARE) & (np.linalg.det(turns) > 0.0)))
     if len(bad):

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 from zipfile import BadZipFile
@@ -17,7 +16,7 @@ from divespot.errors import DivespotError
 from divespot.extras import extra
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -45,13 +44,16 @@ class Frames:
         Metres in a unit of their numbers; None: a millimetre for whole numbers, else a metre.
     times_s
         When each was taken, where their names say so.
+    path
+        The folder or file that was given, or the first of several.
 
     """
 
     items: Sequence[Path | NDArray[Any]]
     names: tuple[str, ...]
     step_m: float | None = None
-    times_s: tuple[float, ...] | None = field(default=None)
+    times_s: tuple[float, ...] | None = None
+    path: str | None = None
 
     @classmethod
     def of(cls, depth: Depth, step_m: float | None = None) -> Frames:
@@ -66,7 +68,8 @@ class Frames:
         if step_m is not None and not 0.0 < step_m < 1e3:
             raise DivespotError(f"depth_scale is {step_m}: metres in a unit, above 0, are needed")
         if isinstance(depth, str | os.PathLike):
-            return cls._of_path(Path(os.fsdecode(depth)), step_m)
+            found = cls._of_path(Path(os.fsdecode(depth)), step_m)
+            return replace(found, path=os.fsdecode(depth))
         is_list = isinstance(depth, list | tuple) and len(depth) > 0
         if is_list and all(isinstance(one, str | os.PathLike) for one in depth):  # type: ignore[union-attr]
             return cls._of_files([Path(os.fsdecode(one)) for one in depth], step_m)  # type: ignore[union-attr,arg-type]
@@ -90,7 +93,7 @@ class Frames:
                     "or more is needed"
                 )
         names = tuple(str(file) for file in files)
-        return cls(files, names, step_m, _times(files))
+        return cls(files, names, step_m, _times(files), names[0])
 
     @classmethod
     def _of_array(cls, array: NDArray[Any], name: str, step_m: float | None) -> Frames:
@@ -165,10 +168,7 @@ def _chosen(arrays: dict[str, NDArray[Any]], file: Path) -> NDArray[Any]:
 
 
 def _image(file: Path) -> NDArray[Any]:
-    if file.suffix.lower() in ARRAYS:
-        array = _array(file)
-    else:
-        array = _picture(file)
+    array = _array(file) if file.suffix.lower() in ARRAYS else _picture(file)
     if array.ndim != 2:
         raise DivespotError(f"{file}: has shape {array.shape}: one depth a pixel is needed")
     if array.dtype == np.uint8:
@@ -184,15 +184,15 @@ def _picture(file: Path) -> NDArray[Any]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what a library says of damaged files is said below
             with pil.open(file) as image:
-                if image.width * image.height > MOST_PIXELS:
-                    raise DivespotError(f"{file}: has {image.width} x {image.height} pixels")
-                return np.asarray(image)
-    except DivespotError:
-        raise
+                pixels = image.width * image.height
+                found = np.asarray(image) if pixels <= MOST_PIXELS else None
     except OSError as error:
         raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
     except Exception:  # noqa: BLE001 - a damaged image raises whatever its decoder does
         raise DivespotError(f"{file}: is damaged, or no image") from None
+    if found is None:
+        raise DivespotError(f"{file}: has {pixels} pixels: at most {MOST_PIXELS} are needed")
+    return found
 
 
 def write_png(file: Path, depth: NDArray[np.uint16]) -> None:

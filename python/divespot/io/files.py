@@ -43,7 +43,9 @@ def require_regular(file: Path, most: int | None = None) -> None:
     except ValueError as err:
         raise DivespotError(f"is no path ({err})") from None
     if stat.S_ISDIR(found.st_mode):
-        raise DivespotError("is a folder: a file is needed")
+        raise DivespotError(
+            "is a folder: a file is needed, or intrinsics where it holds depth frames"
+        )
     # A pipe or device may never end.
     if not stat.S_ISREG(found.st_mode):
         raise DivespotError("is no regular file: one is needed")

@@ -51,6 +51,8 @@ class Registration:
         Names of the frames that fit nowhere.
     poses
         From each frame's camera into the scan, (4, 4); None where it was left out.
+    times_s
+        When each frame was taken, where that is known.
     is_still
         Whether the camera stood still, and its frames were averaged.
     """
@@ -65,6 +67,7 @@ class Registration:
     left_out: tuple[str, ...]
     poses: tuple[FloatArray | None, ...]
     is_still: bool
+    times_s: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)

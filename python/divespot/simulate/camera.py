@@ -81,9 +81,7 @@ def look(scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
     return look_from(lens(scene.camera, frame), scene, surface, frame, directions)
 
 
-def look_from(
-    origin: Array, scene: Scene, surface: Surface, frame: int, directions: Array
-) -> View:
+def look_from(origin: Array, scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
     """Find what each pixel sees first from a place; things are where they are in a frame.
 
     Raises

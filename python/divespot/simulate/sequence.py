@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from divespot._arguments import number, seed_number, whole
 from divespot.errors import DivespotError
@@ -21,6 +20,8 @@ from divespot.simulate.terrain import terrain
 from divespot.simulate.things import Person
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from divespot.simulate.camera import View
     from divespot.simulate.scene import Camera
 
@@ -132,9 +133,7 @@ def frames(  # noqa: PLR0913 - as those of `scan`, and the path
     return SimulatedFrames(depth, matrix(scene.camera), places, volumes_m3, scene)
 
 
-def image(
-    view: View, camera: Camera, along: Array, rng: np.random.Generator
-) -> NDArray[np.uint16]:
+def image(view: View, camera: Camera, along: Array, rng: np.random.Generator) -> NDArray[np.uint16]:
     """Return the depth image of what a frame sees; `along` are the rays' parts along the axis."""
     distance_m, _ = fly(view, camera, rng)
     near_m, far_m = camera.range_m

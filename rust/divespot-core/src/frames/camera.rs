@@ -31,7 +31,7 @@ impl Camera {
         }
         let rays: Vec<Vector3<f64>> = rays.iter().map(|&r| Vector3::from(r)).collect();
         let pitch = |i: usize| {
-            let beside = if (i + 1) % columns == 0 { i - 1 } else { i + 1 };
+            let beside = if (i + 1).is_multiple_of(columns) { i - 1 } else { i + 1 };
             let below = if i + columns < rays.len() { i + columns } else { i - columns };
             distance(&rays[i], &rays[beside]).max(distance(&rays[i], &rays[below]))
         };

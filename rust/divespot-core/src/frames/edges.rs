@@ -2,8 +2,9 @@
 
 use crate::parallel::fill_chunks;
 
+use super::camera::Camera;
 use super::noise::ByRange;
-use super::{Camera, Noise};
+use super::noise::Noise;
 
 /// Tangent of the steepest incidence at which a surface is taken for one: 80°. Beyond it, a pixel
 /// covers more of the surface along the ray than six times its width.

@@ -5,9 +5,9 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 use crate::parallel::map_chunks;
 use crate::robust::scale;
 
-use super::Patch;
 use super::model::Index;
 use super::motion::Motion;
+use super::patches::Patch;
 
 /// How a frame lies on the model.
 #[derive(Debug, Clone, Copy)]
@@ -45,8 +45,10 @@ const DEVIATIONS: f64 = 3.0;
 /// Steps below this length, in radians and parts of the range, end a level.
 const DONE: f64 = 2e-6;
 /// A motion is fixed by a scene whose surfaces have this mean squared slope along it: that of a
-/// floor that is a degree and a half off its plane everywhere.
-const FIXED: f64 = 6e-4;
+/// floor that is nearly a degree off its plane everywhere.
+const FIXED: f64 = 2e-4;
+/// The noise of normals looks like slopes; so many times its variance is taken off.
+const NOISY: f64 = 2.0;
 /// Patches that a thread takes at a time.
 const CHUNK: usize = 512;
 /// A patch lies on the model within so many standard deviations.
@@ -114,7 +116,9 @@ impl Run<'_> {
         let surfel = self.index.surfels[self.index.nearest(&at, reach_m)?];
         let alike = surfel.normal.dot(&(self.pose.rotation * patch.normal));
         let off_m = surfel.normal.dot(&(at - surfel.at));
-        let pair = Pair { at, normal: surfel.normal, off_m, slope_var: patch.slope_var };
+        // The plane's own normal is as noisy as the pixels that it was taken from are few.
+        let slope_var = patch.slope_var * patch.count / surfel.count;
+        let pair = Pair { at, normal: surfel.normal, off_m, slope_var };
         (alike > ALIKE).then_some(pair)
     }
 
@@ -135,7 +139,7 @@ impl Run<'_> {
             weight += w;
             slope_var += w * pair.slope_var;
         }
-        let least = FIXED.max(2.0 * slope_var / weight) * weight;
+        let least = FIXED * weight + NOISY * slope_var;
         let step = self.fixed_part(&normal, &right, least);
         let by: Vector3<f64> = step.fixed_rows::<3>(0) / self.range_m;
         let shift: Vector3<f64> = step.fixed_rows::<3>(3).into();

@@ -7,8 +7,10 @@ use nalgebra::Vector3;
 use crate::parallel::map_each;
 
 use super::model::{Index, Model, Surfel};
+use super::motion::Motion;
+use super::noise::Noise;
+use super::patches::Patch;
 use super::track::Kept;
-use super::{Motion, Noise, Patch};
 
 /// What a frame saw of a surfel, in the frame of its camera.
 #[derive(Debug, Clone, Copy)]

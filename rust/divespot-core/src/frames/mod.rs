@@ -5,17 +5,21 @@
 //! surface. Every sum is taken in a fixed order, or in integers.
 
 mod camera;
+mod confidence;
 mod edges;
 mod fusion;
 mod icp;
 mod joint;
+mod learning;
 mod links;
 mod model;
 mod motion;
 mod noise;
 mod normal_equations;
+mod observations;
 mod patches;
 mod search;
+mod state;
 mod still;
 mod track;
 

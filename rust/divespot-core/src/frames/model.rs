@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::Vector3;
 
-use super::{Motion, Patch};
+use super::motion::Motion;
+use super::patches::Patch;
 
 /// A piece of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,8 @@
 
 use crate::robust::scale;
 
-use super::{Camera, Patch};
+use super::camera::Camera;
+use super::patches::Patch;
 
 /// Standard deviation of a range: `at_metre_m · range^power / cos(incidence)^incidence`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -160,7 +161,8 @@ fn fitted(classes: &[[f64; 3]]) -> Noise {
 pub(crate) mod tests {
     use super::*;
     use crate::Point;
-    use crate::frames::{patches, usable};
+    use crate::frames::edges::usable;
+    use crate::frames::patches::patches;
     use crate::sample::mix;
 
     /// A pinhole camera of about 65 x 75 degrees.

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::parallel::map_chunks;
 
-use super::Camera;
+use super::camera::Camera;
 
 /// A block of pixels on one plane, in the camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector3};
 
 use super::model::Surfel;
-use super::{Motion, Patch};
+use super::motion::Motion;
+use super::patches::Patch;
 
 /// Edge of a cell, as a part of the range.
 const CELL: f64 = 0.035;

@@ -5,11 +5,15 @@ use nalgebra::{Matrix3, Vector3};
 use crate::ground::{Axis, Frame, find_ground};
 use crate::plane::Settings;
 
+use super::camera::Camera;
+use super::edges::usable;
 use super::icp::{Fit, lay, typical_range_m};
 use super::model::{Index, Model};
 use super::motion::Motion;
+use super::noise::Noise;
+use super::patches::Patch;
+use super::patches::patches;
 use super::search::search;
-use super::{Camera, Noise, Patch, patches, usable};
 
 /// Why a frame could not be placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,7 +71,11 @@ const CUBE: f64 = 0.02;
 const FLOOR: f64 = 0.01;
 const HYPOTHESES: u32 = 200;
 /// A frame that lies so well on the model is not looked for elsewhere.
-const WELL: f64 = 0.9;
+const WELL: f64 = 0.8;
+/// It lies better elsewhere if so much more of the overlap lies on the model there, an overlap
+/// not below this part of the other.
+const MORE: f64 = 0.01;
+const SHARED: f64 = 0.6;
 
 impl Tracker {
     /// Nothing was seen yet; `noise` is taken from the first frame unless it is known.
@@ -182,16 +190,28 @@ impl Tracker {
 
     /// The best of what comes of the places where the frame may lie.
     fn best(&self, index: &Index, patches: &[Patch], given: Option<Motion>) -> Fit {
+        let laid = |start: Motion, rough| lay(index, patches, start, rough, self.threads);
         let expected = given.unwrap_or_else(|| self.expected());
-        let range_m = typical_range_m(patches);
-        let first = lay(index, patches, expected, true, self.threads);
-        if given.is_some() || (first.lying > WELL && self.is_steady()) {
-            return first;
+        let mut best = laid(expected, true);
+        // Somebody in the view draws a rough search along, but not one that is near already.
+        for fit in self.last().into_iter().map(|start| laid(start, false)) {
+            if given.is_none() && is_better(&fit, &best) {
+                best = fit;
+            }
         }
-        let elsewhere = leveled(patches, range_m, self.threads)
-            .and_then(|level| search(&index.surfels, patches, &level, &expected, range_m))
-            .map(|pose| lay(index, patches, pose, true, self.threads));
-        elsewhere.filter(|fit| is_better(fit, &first)).unwrap_or(first)
+        if given.is_some() || (best.lying > WELL && self.is_steady()) {
+            return best;
+        }
+        let range_m = typical_range_m(patches);
+        let found = leveled(patches, range_m, self.threads)
+            .and_then(|level| search(&index.surfels, patches, &level, &expected, range_m));
+        let elsewhere = found.map(|start| laid(start, true));
+        elsewhere.filter(|fit| is_better(fit, &best)).unwrap_or(best)
+    }
+
+    /// Where the frame before was.
+    fn last(&self) -> Option<Motion> {
+        self.frames.iter().rev().flatten().next().map(|kept| kept.pose)
     }
 
     /// Whether the motion is known from two frames before.
@@ -212,9 +232,10 @@ impl Tracker {
     }
 }
 
-/// Whether a frame lies better at one place than at another.
+/// Whether a frame lies better on the model at one place than at another.
 fn is_better(one: &Fit, other: &Fit) -> bool {
-    one.overlap >= OVERLAP && (other.overlap < OVERLAP || one.cost < 0.9 * other.cost)
+    let overlaps = one.overlap >= OVERLAP && one.overlap > SHARED * other.overlap;
+    overlaps && one.lying > other.lying + MORE && one.cost < other.cost
 }
 
 /// The motion that lays the floor of a frame onto z = 0, the camera above the origin.

@@ -1,0 +1,113 @@
+"""Options of depth frames, and what they are made into."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from divespot.io import Scan
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+#: The options that say how depth frames are read.
+NAMES = ("intrinsics", "depth_scale", "depth_kind", "known_poses", "exact_poses")
+_FILE = click.Path()
+
+
+def frame_options(command: F) -> F:
+    """Add the options of depth frames; ``--intrinsics`` says that there are some."""
+    options = (
+        click.option(
+            "--intrinsics",
+            type=_FILE,
+            metavar="K.json",
+            help="take SCAN for depth frames of a camera with these intrinsics (Open3D, RealSense, "
+            "ROS or Azure Kinect; JSON or YAML): a folder of 16-bit PNG or TIFF, or NPY or NPZ",
+        ),
+        click.option(
+            "--depth-scale",
+            type=float,
+            metavar="METRES",
+            help="metres in a unit of depth  [default: 0.001 for whole numbers, else 1]",
+        ),
+        click.option(
+            "--depth-kind",
+            type=click.Choice(["planar", "radial"]),
+            default="planar",
+            show_default=True,
+            help="depth along the optical axis, or along the ray",
+        ),
+        click.option(
+            "--known-poses",
+            type=_FILE,
+            metavar="PATH",
+            help="where the camera was in each frame, roughly: TUM, KITTI or a 4 x 4 matrix a line",
+        ),
+        click.option("--exact-poses", is_flag=True, help="take the known poses as they are"),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@dataclass(frozen=True)
+class DepthFrames:
+    """How depth frames are read."""
+
+    intrinsics: str
+    depth_scale: float | None
+    depth_kind: Any
+    known_poses: str | None
+    exact_poses: bool
+
+    @classmethod
+    def of(cls, ctx: click.Context) -> DepthFrames | None:
+        """Return what the options say; None where SCAN is no folder of frames.
+
+        Raises
+        ------
+        click.UsageError
+            An option of frames was given without ``--intrinsics``.
+
+        """
+        given = {name: ctx.params[name] for name in NAMES}
+        if given["intrinsics"] is None:
+            for name in ("depth_scale", "known_poses", "exact_poses"):
+                if given[name]:
+                    option = "--" + name.replace("_", "-")
+                    raise click.UsageError(f"{option} needs --intrinsics", ctx)
+            return None
+        if given["exact_poses"] and given["known_poses"] is None:
+            raise click.UsageError("--exact-poses needs --known-poses", ctx)
+        return cls(**given)
+
+    def read(self) -> tuple[str | None, ...]:
+        """Return the files that are read besides the frames."""
+        return (self.intrinsics, self.known_poses)
+
+    def fused(
+        self,
+        frames: str | Sequence[str],
+        threads: int,
+        on_frame: Callable[[str], None],
+        **more: Any,  # noqa: ANN401 - as `fuse` takes it
+    ) -> Scan:
+        """Put the frames together."""
+        from divespot.frames import fuse  # noqa: PLC0415 - slow to import
+
+        return fuse(
+            frames,
+            self.intrinsics,
+            self.known_poses,
+            depth_scale=self.depth_scale,
+            depth_kind=self.depth_kind,
+            exact_poses=self.exact_poses,
+            threads=threads,
+            on_frame=on_frame,
+            **more,
+        )

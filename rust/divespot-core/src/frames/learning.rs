@@ -1,0 +1,75 @@
+//! Noise that no pixel explains, and how even the floor is, from what the frames leave.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use crate::robust::scale;
+
+use super::links::{Link, Sight};
+use super::state::{ALIKE, State};
+use super::track::Kept;
+
+/// No floor is more even.
+const EVEN_M: f64 = 3e-4;
+
+impl State {
+    /// Takes the noise that the pixels' own does not explain, and the unevenness of the floor.
+    pub(super) fn learn(&mut self, frames: &[Option<Kept>], found: &[Link]) {
+        let mut off = Vec::new();
+        let mut noise_m2 = 0.0;
+        for link in found.iter().filter(|link| link.sights.len() > 1) {
+            for (sight, value) in link.sights.iter().zip(self.residuals(frames, link)) {
+                // The mean was taken of the same values.
+                let k = link.sights.len() as f64;
+                off.push(value * (k / (k - 1.0)).sqrt());
+                noise_m2 += sight.noise_m2;
+            }
+        }
+        if off.is_empty() {
+            return;
+        }
+        let noise_m2 = noise_m2 / off.len() as f64;
+        let seen_m = scale(off);
+        self.unexplained_m = (seen_m * seen_m - noise_m2).max(1e-8).sqrt();
+        self.uneven_m = self.unevenness_m(frames, found);
+    }
+
+    /// Root mean square of the floor's departure from its plane, over places that are alike.
+    fn unevenness_m(&self, frames: &[Option<Kept>], found: &[Link]) -> f64 {
+        let mut sums: BTreeMap<[i32; 2], (f64, f64)> = Default::default();
+        let wide_m = ALIKE * self.range_m;
+        for link in found.iter().filter(|link| self.is_floor(link)) {
+            let at = link.surfel.at;
+            let above = self.mean_off(frames, link) * link.surfel.normal.z + at.z
+                - self.plane.dot(&Vector3::new(1.0, at.x, at.y));
+            let sum = sums.entry([at.x, at.y].map(|v| (v / wide_m).floor() as i32)).or_default();
+            *sum = (sum.0 + above, sum.1 + 1.0);
+        }
+        let means: Vec<f64> =
+            sums.values().filter(|sum| sum.1 > 10.0).map(|sum| sum.0 / sum.1).collect();
+        scale(means).max(EVEN_M)
+    }
+
+    fn mean_off(&self, frames: &[Option<Kept>], link: &Link) -> f64 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for sight in &link.sights {
+            if let Some(kept) = &frames[sight.frame] {
+                let w = 1.0 / (sight.noise_m2 + self.unexplained_m * self.unexplained_m);
+                sum += w * link.surfel.normal.dot(&(self.place(kept, sight) - link.surfel.at));
+                weight += w;
+            }
+        }
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    }
+
+    /// How far each frame that saw a surfel is from what all of them agree on.
+    pub(super) fn residuals(&self, frames: &[Option<Kept>], link: &Link) -> Vec<f64> {
+        let mean = self.mean_off(frames, link);
+        let off = |sight: &Sight| {
+            let kept = frames[sight.frame].as_ref()?;
+            Some(link.surfel.normal.dot(&(self.place(kept, sight) - link.surfel.at)) - mean)
+        };
+        link.sights.iter().map(|sight| off(sight).unwrap_or(0.0)).collect()
+    }
+}
