@@ -182,6 +182,8 @@ def test_folders_lists_and_stacks_hold_the_same_frames(tmp_path: Path) -> None:
         frames = Frames.of(source)
         assert np.array_equal(np.stack(list(frames)), depth.astype(np.float32) * np.float32(1e-3))
     assert Frames.of(depth[0], 0.0002)[0][0, 0] == pytest.approx(0.2)
+    depth[0, 0, 0] = 65_535
+    assert Frames.of(depth)[0][0, 0] == 0.0
     write_png(tmp_path / "1305031102.160407.png", depth[0])
     assert Frames.of([tmp_path / "1305031102.160407.png"]).times_s == (1305031102.160407,)
 

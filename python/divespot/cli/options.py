@@ -31,9 +31,12 @@ GROUPS = {
     "The surface": ("radius_m", "cell_m", "surface", "margin_m"),
     "What is measured, and above what": ("outline", "inside", "base", "compare_bases"),
     "Mass": ("material", "density_kg_m3", "density_u_kg_m3"),
-    "Depth frames": (*("intrinsics", "depth_scale", "depth_kind", "known_poses", "exact_poses"),),
     "The run": ("preset", "seed", "threads"),
     "The paper's method, with --preset paper": tuple(STAGES),
+}
+#: Options that are no settings, under a heading of their own.
+OTHERS = {
+    "Depth frames": ("intrinsics", "depth_scale", "depth_kind", "known_poses", "exact_poses"),
 }
 _PAPER = Settings.paper().stages
 _METAVARS = {"_kg_m3": "KG/M3", "_deg": "DEGREES", "_m": "METRES"}
@@ -90,8 +93,9 @@ class Grouped(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options of each group."""
-        of = {name: title for title, names in GROUPS.items() for name in names}
-        rows: dict[str, list[tuple[str, str]]] = {"Outputs": [], **{title: [] for title in GROUPS}}
+        groups = OTHERS | GROUPS
+        of = {name: title for title, names in groups.items() for name in names}
+        rows: dict[str, list[tuple[str, str]]] = {"Outputs": [], **{title: [] for title in groups}}
         for param in self.get_params(ctx):
             record = param.get_help_record(ctx) if isinstance(param, click.Option) else None
             if record is not None:

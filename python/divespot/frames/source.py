@@ -26,6 +26,8 @@ IMAGES = (".png", ".tif", ".tiff")
 ARRAYS = (".npy", ".npz")
 #: Metres in a step of whole numbers: all common depth cameras write millimetres.
 STEP_M = 0.001
+#: What some cameras write, beside 0, where they saw nothing.
+UNSEEN = 65_535
 #: Pixels of an image at most: four times those of any depth camera.
 MOST_PIXELS = 1 << 24
 
@@ -120,7 +122,10 @@ class Frames:
         if step_m is None:
             step_m = STEP_M if array.dtype.kind in "iu" else 1.0
         with np.errstate(over="ignore", invalid="ignore"):
-            return np.ascontiguousarray(array.astype(np.float32) * np.float32(step_m))
+            depth = np.ascontiguousarray(array.astype(np.float32) * np.float32(step_m))
+        if array.dtype == np.uint16:
+            depth[array == UNSEEN] = 0.0
+        return depth
 
 
 def _in_order(folder: Path) -> list[Path]:

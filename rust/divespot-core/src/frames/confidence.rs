@@ -34,12 +34,7 @@ impl State {
     }
 
     /// Uncertainties of heights above the floor, and of the common offset.
-    pub(super) fn by_covariance(
-        &self,
-        frames: &[Option<Kept>],
-        found: &[Link],
-        excess: f64,
-    ) -> (f64, f64) {
+    pub(super) fn by_covariance(&self, frames: &[Option<Kept>], found: &[Link]) -> (f64, f64) {
         let Some(solved) = &self.solved else { return (0.0, OFFSET_M) };
         let middles = middles(frames);
         let seen: Vec<&Link> = found.iter().filter(|link| !link.sights.is_empty()).collect();
@@ -60,8 +55,9 @@ impl State {
         let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
         let mut common = DVector::zeros(solved.unknowns());
         common[self.unknowns - 4] = 1.0;
-        let u_offset_m = (solved.variance(&common) * excess).sqrt();
-        ((mean * excess).sqrt(), if u_offset_m < OFFSET_M { u_offset_m } else { OFFSET_M })
+        let u_offset_m = solved.variance(&common).sqrt();
+        // Held, it is as unknown as it was.
+        (mean.sqrt(), if self.has_offset && u_offset_m < OFFSET_M { u_offset_m } else { OFFSET_M })
     }
 }
 

@@ -65,7 +65,7 @@ mod tests {
         let mut ranges = plane(&camera, [0.6, 0.0, 1.0], 1.4);
         let noise = Noise::default();
         assert!(usable(&camera, &ranges, &noise, 2).iter().all(|&one| one));
-        ranges[20 * 50 + 25] -= 0.2;
+        ranges[20 * 50 + 25] -= 0.5;
         let found = usable(&camera, &ranges, &noise, 2);
         assert!(!found[20 * 50 + 25] && found[18 * 50 + 25]);
         ranges[3] = f64::NAN;

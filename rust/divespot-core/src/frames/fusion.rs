@@ -305,15 +305,16 @@ mod tests {
     #[test]
     fn a_floor_on_the_face_between_voxels_is_one_layer_at_its_height() {
         let camera = camera(60, 80);
-        let mut fusion = Fusion::new(0.03, &Noise::default(), 1.4).unwrap();
+        let mut fusion = Fusion::new(0.06, &Noise::default(), 1.4).unwrap();
         let all = vec![true; camera.pixels()];
         for (ranges, pose) in frames(&camera) {
             fusion.add(&camera, &ranges, &all, &pose, 0.0, 1);
         }
         let fused = fusion.points();
-        let thick = fused.counts.iter().zip(&fused.points).filter(|(n, _)| **n > 16);
+        let thick = fused.counts.iter().zip(&fused.points).filter(|(n, _)| **n > 8);
         assert!(thick.clone().count() > 200);
-        assert!(thick.clone().all(|(_, p)| p[2].abs() < 0.002), "{fused:?}");
+        let worst = thick.clone().map(|(_, p)| p[2].abs()).fold(0.0, f64::max);
+        assert!(worst < 0.003, "{worst}");
         let mean = thick.clone().map(|(_, p)| p[2]).sum::<f64>() / thick.count() as f64;
         assert!(mean.abs() < 2e-4);
     }

@@ -9,7 +9,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::confidence::loops;
+use super::icp::lay;
 use super::links::Link;
+use super::model::{Index, Model};
 use super::motion::Motion;
 use super::normal_equations::NormalEquations;
 use super::state::{OFFSET_M, State, middles};
@@ -45,6 +47,8 @@ const STEPS: usize = 2;
 const OWN_OFFSET_M: f64 = 0.001;
 /// Frames move by so little from where they were laid, in metres and radians.
 const LAID: f64 = 0.05;
+/// An offset of more standard deviations is something else.
+const BELIEVED: f64 = 2.5;
 /// Weight that holds the first frame.
 const HELD: f64 = 1e12;
 
@@ -54,11 +58,24 @@ impl Tracker {
     /// `is_exact`: the poses were given as they are, and only their offsets are sought.
     #[must_use]
     pub fn solve(&mut self, is_exact: bool) -> Joint {
-        let cube_m = self.cube_m();
-        let mut state = State::new(self, is_exact);
+        let mut state = State::new(self, is_exact, true);
+        let mut found = self.rounds(&mut state);
+        if state.is_beyond_belief() {
+            // What differs with the angle is no offset: the lens, or a scene that moved.
+            self.frames.iter_mut().flatten().for_each(|kept| kept.pose = kept.laid);
+            state = State::new(self, is_exact, false);
+            found = self.rounds(&mut state);
+        }
+        state.level(&mut self.frames);
+        state.lay_others(&mut self.frames);
+        state.joint(&self.frames, &found)
+    }
+
+    fn rounds(&mut self, state: &mut State) -> Vec<Link> {
+        let (cube_m, noise) = (self.cube_m(), self.noise());
         for _ in 0..ROUNDS {
             state.level(&mut self.frames);
-            let found = state.links(&self.frames, cube_m, &self.noise());
+            let found = state.links(&self.frames, cube_m, &noise);
             for _ in 0..STEPS {
                 state.step(&mut self.frames, &found);
             }
@@ -66,14 +83,48 @@ impl Tracker {
             state.is_settled = true;
         }
         state.level(&mut self.frames);
-        let found = state.links(&self.frames, cube_m, &self.noise());
+        let found = state.links(&self.frames, cube_m, &noise);
         state.step(&mut self.frames, &found);
-        state.level(&mut self.frames);
-        state.joint(&self.frames, &found)
+        found
     }
 }
 
 impl State {
+    /// Whether no depth camera has such an offset.
+    fn is_beyond_belief(&self) -> bool {
+        self.offset_m.abs() > BELIEVED * OFFSET_M
+    }
+
+    /// Lays the frames that were not solved for on those that were.
+    fn lay_others(&self, frames: &mut [Option<Kept>]) {
+        if self.is_exact || (0..frames.len()).all(|i| self.is_solved(frames, i)) {
+            return;
+        }
+        let moved = self.moved(frames);
+        let mut model = Model::new(self.cube_m);
+        let solved = (0..frames.len()).filter(|&i| self.places[i].is_some());
+        solved.filter_map(|i| moved[i].as_ref()).for_each(|k| model.add(&k.patches, &k.pose));
+        let index = Index::new(model.surfels(), self.cube_m);
+        let mut before: Option<(Motion, Motion)> = None;
+        for (i, kept) in frames.iter_mut().enumerate() {
+            let Some(kept) = kept else { continue };
+            if self.places[i].is_some() {
+                before = Some((kept.laid, kept.pose));
+                continue;
+            }
+            // As it lay beside the last one that was solved for.
+            let start = before
+                .map_or(kept.pose, |(laid, now)| now.after(&laid.inverse().after(&kept.laid)));
+            let offset = self.offset_m;
+            kept.patches.iter_mut().for_each(|p| p.at += p.ray * offset);
+            kept.pose = lay(&index, &kept.patches, start, false, self.threads).pose;
+        }
+    }
+
+    fn is_solved(&self, frames: &[Option<Kept>], frame: usize) -> bool {
+        frames[frame].is_none() || self.places[frame].is_some()
+    }
+
     /// Turns everything so that the floor is z = 0.
     fn level(&mut self, frames: &mut [Option<Kept>]) {
         let sensors: Vec<Vector3<f64>> = frames.iter().flatten().map(|k| k.pose.shift).collect();
@@ -119,6 +170,11 @@ impl State {
         self.solved = Some(solved);
     }
 
+    /// The weight of an offset that is expected to be 0.
+    fn or_held(&self, u_m: f64) -> f64 {
+        if self.has_offset { 1.0 / (u_m * u_m) } else { HELD }
+    }
+
     /// What is expected before anything was seen.
     fn expect(&self, system: &mut NormalEquations) {
         let common = self.unknowns - 4;
@@ -129,15 +185,15 @@ impl State {
             first = false;
             (0..6).for_each(|k| system.add_prior(at + k, None, 0.0, held));
             let off = self.offsets_m[i] - self.offset_m;
-            system.add_prior(at + 6, Some(common), off, 1.0 / (OWN_OFFSET_M * OWN_OFFSET_M));
+            system.add_prior(at + 6, Some(common), off, self.or_held(OWN_OFFSET_M));
         }
-        system.add_prior(common, None, self.offset_m, 1.0 / (OFFSET_M * OFFSET_M));
+        system.add_prior(common, None, self.offset_m, self.or_held(OFFSET_M));
         (1..4).for_each(|k| system.add_prior(common + k, None, self.plane[k - 1], 1.0));
     }
 
     fn joint(mut self, frames: &[Option<Kept>], found: &[Link]) -> Joint {
         let spread = self.spread(frames, found);
-        let (u_model_m, u_offset_m) = self.by_covariance(frames, found, spread.excess);
+        let (u_model_m, u_offset_m) = self.by_covariance(frames, found);
         for (i, kept) in frames.iter().enumerate() {
             if kept.is_none() || self.places[i].is_none() {
                 self.offsets_m[i] = self.offset_m;

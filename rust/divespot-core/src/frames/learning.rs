@@ -32,6 +32,7 @@ impl State {
         let noise_m2 = noise_m2 / off.len() as f64;
         let seen_m = scale(off);
         self.unexplained_m = (seen_m * seen_m - noise_m2).max(1e-8).sqrt();
+        self.excess = self.spread(frames, found).excess;
         self.uneven_m = self.unevenness_m(frames, found);
     }
 

@@ -36,6 +36,7 @@ impl State {
             rows.push(Row { first, len: WIDTH, row, off, weight });
         }
         lighten(&mut rows, self.is_settled);
+        rows.iter_mut().for_each(|row| row.weight /= self.excess);
         rows.extend(self.floor_row(link));
         rows
     }

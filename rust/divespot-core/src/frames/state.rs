@@ -36,12 +36,16 @@ pub(super) struct State {
     pub(super) places: Vec<Option<usize>>,
     pub(super) unknowns: usize,
     pub(super) solved: Option<Solved>,
+    /// Whether the ranges' offset is sought.
+    pub(super) has_offset: bool,
+    /// How much larger the variance of places is than that of surfels lets expect.
+    pub(super) excess: f64,
     /// Whether the frames lie so near that what does not fit is something else.
     pub(super) is_settled: bool,
 }
 
 impl State {
-    pub(super) fn new(tracker: &Tracker, is_exact: bool) -> Self {
+    pub(super) fn new(tracker: &Tracker, is_exact: bool, has_offset: bool) -> Self {
         let placed = tracker.frames.iter().flatten().count();
         let every = placed.div_ceil(MOST).max(1);
         let mut count = 0;
@@ -70,6 +74,8 @@ impl State {
             unknowns,
             solved: None,
             is_settled: false,
+            has_offset,
+            excess: 1.0,
         }
     }
 

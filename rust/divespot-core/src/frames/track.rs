@@ -43,6 +43,8 @@ pub struct Placed {
 #[derive(Debug, Clone)]
 pub(crate) struct Kept {
     pub(crate) pose: Motion,
+    /// As it was laid on those before it.
+    pub(crate) laid: Motion,
     pub(crate) patches: Vec<Patch>,
 }
 
@@ -129,7 +131,7 @@ impl Tracker {
             Ok((pose, placed)) => {
                 let cube_m = self.cube_m();
                 self.model.get_or_insert_with(|| Model::new(cube_m)).add(&patches, &pose);
-                self.frames.push(Some(Kept { pose, patches }));
+                self.frames.push(Some(Kept { pose, laid: pose, patches }));
                 Ok(placed)
             }
             Err(lost) => {
