@@ -21,7 +21,7 @@ import divespot
 from divespot import Settings
 from divespot import io as dio
 from divespot.cli import main
-from divespot.cli.options import FIELDS, GROUPS, STAGES
+from divespot.cli.options import FIELDS, GROUPS, OTHERS, STAGES
 from divespot.simulate import NAMES, scan
 
 if TYPE_CHECKING:
@@ -201,7 +201,7 @@ def test_help_tells_of_every_setting() -> None:
 
 def test_help_is_in_groups_outputs_first() -> None:
     text = run("measure", "--help").stdout
-    titles = ["Outputs", *GROUPS]
+    titles = ["Outputs", *OTHERS, *GROUPS]
     assert re.findall(r"^(\S.*):$", text, re.MULTILINE) == titles
     assert text.index("--json") < text.index("--picture") < text.index("--unit")
     assert sum(len(names) for names in GROUPS.values()) == len(FIELDS) + len(STAGES) + 1

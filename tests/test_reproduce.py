@@ -13,11 +13,13 @@ from divespot import DivespotError
 from divespot.cli import main
 from divespot.evaluate.outcome import PileOutcome
 from divespot.evaluate.rounds import KEPT
-from divespot.reproduce import EXPERIMENTS, Plan, paper, reproduce
+from divespot.reproduce import EXPERIMENTS, Plan, from_frames, paper, reproduce
 from divespot.reproduce.ablation import FIRST
+from divespot.reproduce.found import Found
 from divespot.reproduce.growth import exponent
 from divespot.reproduce.html import html
 from divespot.reproduce.page import Finding, Section, Table, page, percent
+from divespot.reproduce.reproduction import experiments
 from divespot.reproduce.scans import OURS, PAPER, Scan, ScanRound, Variant
 
 if TYPE_CHECKING:
@@ -193,6 +195,21 @@ def test_percent(share: float | None, text: str) -> None:
 def test_a_plan_needs_rounds(rounds: tuple[int, int]) -> None:
     with pytest.raises(DivespotError, match="no more side rounds than rounds"):
         Plan(rounds=rounds[0], side_rounds=rounds[1])
+
+
+def test_shapes_from_frames_show_each_step_of_the_registration() -> None:
+    plan = Plan(rounds=1, side_rounds=1, density=0.1, frames=True)
+    assert experiments(plan)[-1] is from_frames.EXPERIMENT
+    assert from_frames.EXPERIMENT not in experiments(TINY)
+    asked = from_frames.rounds(plan)
+    assert len(asked) == 18
+    one = asked[4].result()
+    assert abs(one["errors"]["solved"]) < 0.01
+    assert one["position_m"] < 0.002
+    assert set(one["errors"]) == set(from_frames.STEPS)
+    section = from_frames.section(Found(dict.fromkeys(asked, one), {}), plan)
+    assert section.findings[0].holds
+    assert "| 18 |" in section.markdown()
 
 
 def test_the_command_runs_its_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

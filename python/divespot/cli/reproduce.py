@@ -11,6 +11,11 @@ from divespot.cli.screen import file_name, progress_bar
 @click.command()
 @click.option("--quick", is_flag=True, help="3 scans of each shape instead of 50, for a first look")
 @click.option(
+    "--frames",
+    is_flag=True,
+    help="take the shapes from depth frames too, and show what each step of the registration does",
+)
+@click.option(
     "--out",
     type=click.Path(file_okay=False),
     metavar="DIR",
@@ -27,7 +32,7 @@ from divespot.cli.screen import file_name, progress_bar
     show_default=True,
     help="seed of every random draw; the same seed gives the same page, measured times aside",
 )
-def reproduce(quick: bool, out: str, jobs: int, seed: int) -> None:  # noqa: FBT001 - click's call
+def reproduce(quick: bool, frames: bool, out: str, jobs: int, seed: int) -> None:  # noqa: FBT001 - click's call
     """Run the paper's experiments on simulated scans of known volume.
 
     Writes reproduce.md and reproduce.html with each of the paper's tables beside the measured
@@ -36,7 +41,7 @@ def reproduce(quick: bool, out: str, jobs: int, seed: int) -> None:  # noqa: FBT
     from divespot.reproduce import Plan  # noqa: PLC0415 - slow to import
     from divespot.reproduce import reproduce as run  # noqa: PLC0415 - as above
 
-    plan = Plan.quick(seed) if quick else Plan(seed=seed)
+    plan = Plan.quick(seed, frames=frames) if quick else Plan(seed=seed, frames=frames)
     with progress_bar("reproducing") as on_round:
         page = run(out, plan, jobs=jobs, on_round=on_round)
     click.echo(f"written: {file_name(page)}")

@@ -28,6 +28,8 @@ class Plan:
         Sizes of the growing pile: its height in voxels.
     time_points
         Points of the scan whose running time is taken.
+    frames
+        Whether the shapes are also taken from depth frames, `side_rounds` times each.
 
     """
 
@@ -38,6 +40,7 @@ class Plan:
     side_density: float = 1.0
     layers: tuple[int, ...] = (80, 100, 125, 160, 200, 250)
     time_points: int = 300_000
+    frames: bool = False
 
     def __post_init__(self) -> None:
         for name in ("rounds", "side_rounds", "time_points"):
@@ -52,10 +55,15 @@ class Plan:
             )
 
     @classmethod
-    def quick(cls, seed: int = 0) -> Plan:
+    def quick(cls, seed: int = 0, *, frames: bool = False) -> Plan:
         """Return a plan for a few minutes."""
         return cls(
-            seed=seed, rounds=3, side_rounds=1, side_density=0.25, layers=(80, 100, 125, 160, 200)
+            seed=seed,
+            rounds=3,
+            side_rounds=1,
+            side_density=0.25,
+            layers=(80, 100, 125, 160, 200),
+            frames=frames,
         )
 
     @property

@@ -15,6 +15,7 @@ from divespot.report import finite
 from divespot.reproduce import (
     ablation,
     compression,
+    from_frames,
     grounds,
     growth,
     methods,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable
 
+    from divespot.reproduce.experiment import Experiment
     from divespot.reproduce.found import Round
     from divespot.reproduce.page import Section
 
@@ -46,6 +48,11 @@ EXPERIMENTS = (
     growth.EXPERIMENT,
 )
 """The experiments in the order of the page; the running times come last."""
+
+
+def experiments(plan: Plan) -> tuple[Experiment, ...]:
+    """Return those of a plan."""
+    return (*EXPERIMENTS, from_frames.EXPERIMENT) if plan.frames else EXPERIMENTS
 
 
 def reproduce(
@@ -92,7 +99,7 @@ def reproduce(
             on_round(next(done), len(side) + len(alone))
 
     found = Found.by(side, jobs=jobs, folder=out, on_done=tell)
-    sections = {one.name: one.section(found, plan) for one in EXPERIMENTS}
+    sections = {one.name: one.section(found, plan) for one in experiments(plan)}
     # Times are taken when nothing else runs.
     times = running.section(Found.by(alone, folder=out, on_done=tell), plan)
     return _write(Path(out), plan, sections, times)
@@ -100,9 +107,9 @@ def reproduce(
 
 def _rounds(plan: Plan) -> list[Round]:
     """Return all rounds that may run side by side, the longest first."""
-    needs = merged(need for one in EXPERIMENTS for need in one.needs(plan))
+    needs = merged(need for one in experiments(plan) for need in one.needs(plan))
     needs.sort(key=lambda one: -len(one.variants))
-    return [*(r for one in EXPERIMENTS for r in one.rounds(plan)), *needs]
+    return [*(r for one in experiments(plan) for r in one.rounds(plan)), *needs]
 
 
 def _write(out: Path, plan: Plan, sections: dict[str, Section], times: Section) -> Path:

@@ -113,6 +113,11 @@ impl RawTracker {
         })
     }
 
+    /// The poses as the frames were placed one by one.
+    fn poses(&self) -> Vec<Option<Pose>> {
+        self.tracker.poses().iter().map(|one| one.as_ref().map(pose)).collect()
+    }
+
     fn solve(&mut self, py: Python<'_>, exact: bool) -> PyResult<RawJoint> {
         let tracker = &mut self.tracker;
         let joint = detached(py, || tracker.solve(exact))?;

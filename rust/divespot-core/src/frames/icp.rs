@@ -25,25 +25,27 @@ pub(crate) struct Fit {
     pub(crate) sliding: Option<Vector3<f64>>,
 }
 
-/// A level: how far away a surfel is looked for, as a part of the range, and which patches.
+/// A level: how far away a surfel is looked for, as a part of the range, which patches are taken,
+/// and the step, in radians and parts of the range, below which it ends.
 struct Level {
     reach: f64,
     every: usize,
     rounds: usize,
+    done: f64,
 }
 
 /// From a tenth of the range, a few times what a hand moves between two frames, to the size of a
 /// few patches.
-const COARSE: [Level; 2] =
-    [Level { reach: 0.12, every: 4, rounds: 15 }, Level { reach: 0.05, every: 2, rounds: 10 }];
-const FINE: [Level; 1] = [Level { reach: 0.02, every: 1, rounds: 8 }];
+const COARSE: [Level; 2] = [
+    Level { reach: 0.12, every: 4, rounds: 15, done: 1e-4 },
+    Level { reach: 0.05, every: 2, rounds: 10, done: 1e-4 },
+];
+const FINE: [Level; 1] = [Level { reach: 0.02, every: 1, rounds: 8, done: 1e-5 }];
 /// Cosine of the angle between normals of one surface.
 const ALIKE: f64 = 0.85;
 /// A residual beyond this part of the reach, or beyond so many standard deviations, counts less.
 const HUBER: f64 = 0.1;
 const DEVIATIONS: f64 = 3.0;
-/// Steps below this length, in radians and parts of the range, end a level.
-const DONE: f64 = 2e-6;
 /// A motion is fixed by a scene whose surfaces have this mean squared slope along it: that of a
 /// floor that is nearly a degree off its plane everywhere.
 const FIXED: f64 = 2e-4;
@@ -97,7 +99,7 @@ impl Run<'_> {
         let reach_m = (level.reach * self.range_m).max(self.index.cube_m);
         for _ in 0..level.rounds {
             let pairs = self.pairs(reach_m, level.every);
-            if pairs.len() < 6 || self.step(&pairs, reach_m) < DONE {
+            if pairs.len() < 6 || self.step(&pairs, reach_m) < level.done {
                 break;
             }
         }

@@ -72,6 +72,15 @@ impl Model {
             .collect()
     }
 
+    /// How far a place is from a cube.
+    fn away_m(&self, key: &[i32; 3], at: &Vector3<f64>) -> f64 {
+        let beyond = |k: usize| {
+            let low = f64::from(key[k]) * self.cube_m;
+            (low - at[k]).max(at[k] - low - self.cube_m).max(0.0)
+        };
+        Vector3::from_fn(|k, _| beyond(k)).norm()
+    }
+
     /// Whether a cube nearby holds more of the same surface; of equal ones the first stays.
     fn is_beside_greater(
         &self,
@@ -82,6 +91,9 @@ impl Model {
         let most = APART * self.cube_m;
         (0..27).filter(|&k| k != 13).any(|k: i32| {
             let other = [key[0] + k % 3 - 1, key[1] + k / 3 % 3 - 1, key[2] + k / 9 - 1];
+            if self.away_m(&other, &one.at) > most {
+                return false;
+            }
             self.cubes.get(&other).and_then(mean).is_some_and(|beside| {
                 let greater =
                     beside.count > one.count || (beside.count == one.count && other < *key);

@@ -74,6 +74,8 @@ const FLOOR: f64 = 0.01;
 const HYPOTHESES: u32 = 200;
 /// A frame that lies so well on the model is not looked for elsewhere.
 const WELL: f64 = 0.8;
+/// One that lies even better is not compared with where the frame before was.
+const SURELY: f64 = 0.97;
 /// It lies better elsewhere if so much more of the overlap lies on the model there, an overlap
 /// not below this part of the other.
 const MORE: f64 = 0.01;
@@ -195,6 +197,9 @@ impl Tracker {
         let laid = |start: Motion, rough| lay(index, patches, start, rough, self.threads);
         let expected = given.unwrap_or_else(|| self.expected());
         let mut best = laid(expected, true);
+        if best.lying > SURELY && self.is_steady() {
+            return best;
+        }
         // Somebody in the view draws a rough search along, but not one that is near already.
         for fit in self.last().into_iter().map(|start| laid(start, false)) {
             if given.is_none() && is_better(&fit, &best) {
