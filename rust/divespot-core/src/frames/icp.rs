@@ -50,7 +50,7 @@ const DEVIATIONS: f64 = 3.0;
 /// floor that is nearly a degree off its plane everywhere.
 const FIXED: f64 = 2e-4;
 /// The noise of normals looks like slopes; so many times its variance is taken off.
-const NOISY: f64 = 2.0;
+const NOISY: f64 = 1.2;
 /// Patches that a thread takes at a time.
 const CHUNK: usize = 512;
 /// A patch lies on the model within so many standard deviations.

@@ -80,6 +80,8 @@ const SURELY: f64 = 0.97;
 /// not below this part of the other.
 const MORE: f64 = 0.01;
 const SHARED: f64 = 0.6;
+/// Or if it costs less than this part of what it does elsewhere, and lies no worse.
+const CHEAPER: f64 = 0.95;
 
 impl Tracker {
     /// Nothing was seen yet; `noise` is taken from the first frame unless it is known.
@@ -242,7 +244,10 @@ impl Tracker {
 /// Whether a frame lies better on the model at one place than at another.
 fn is_better(one: &Fit, other: &Fit) -> bool {
     let overlaps = one.overlap >= OVERLAP && one.overlap > SHARED * other.overlap;
-    overlaps && one.lying > other.lying + MORE && one.cost < other.cost
+    let lies_better = one.lying > other.lying + MORE && one.cost < other.cost;
+    // A small pile on a large floor is little of the overlap, but much of what it costs.
+    let costs_less = one.lying >= other.lying && one.cost < CHEAPER * other.cost;
+    overlaps && (lies_better || costs_less)
 }
 
 /// The motion that lays the floor of a frame onto z = 0, the camera above the origin.
