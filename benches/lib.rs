@@ -27,7 +27,7 @@ pub struct Scan {
     heights_m: Vec<f64>,
     spacing_m: f64,
     map: HeightMap,
-    found: Found,
+    found: Found<'static>,
 }
 
 impl Scan {
@@ -43,7 +43,7 @@ impl Scan {
         let spacing_m = ((areas_m2.0 + areas_m2.1) / f64::from(count)).sqrt();
         let map = height_map(&points, 2.0 * spacing_m)?;
         let labels = (0..map.grid.len()).map(|cell| label(&map, cell)).collect();
-        let found = Found { surface: points.clone(), ..Found::on_all_else(labels) };
+        let found = Found { surface: points.clone().into(), ..Found::on_all_else(labels) };
         let heights_m = points.iter().map(|p| p[2]).collect();
         Ok(Self { points, heights_m, spacing_m, map, found })
     }

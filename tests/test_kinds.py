@@ -73,7 +73,7 @@ def _shuffled(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
 
 def _on_surface(points: Floats, threads: int) -> NDArray[np.bool_]:
     anywhere = False
-    is_on, _ = _native.surface_and_voxels(points, 0.02, 0.001, anywhere, 0.05, threads)
+    is_on, _, _ = _native.surface_and_clusters(points, 0.02, 0.001, anywhere, 0.05, None, threads)
     return is_on
 
 

@@ -15,7 +15,7 @@ LAYERS = {
     "settings": "_options _typed stages settings mass",
     "kernels": "clustering grid kernels plane spacing",
     "depth frames": "frames",
-    "stages": "sensor intake lengths thinning clusters filters up pose frame strays surface "
+    "stages": "sensor intake lengths thinning clusters filters up pose gaps frame strays surface "
     "ground_level earlier bases objects holes differences outline_checks outline_place "
     "outline_features outline_file projection rounding",
     "report": "budget level report describe",

@@ -96,7 +96,7 @@ def test_what_was_not_seen_is_hatched() -> None:
     gaps[:5] = np.nan
     for heights, hatched in ((gaps, True), (filled(gaps), False)):
         grid = dataclasses.replace(report.level.height_map, heights_m=heights)
-        scene = dataclasses.replace(report.level, height_map=grid)
+        scene = dataclasses.replace(report.level, closed_map=grid)
         axes = axes_of(dataclasses.replace(report, scene=scene))
         assert any(patch.get_hatch() for patch in axes.patches) == hatched
         image = axes.images[0].get_array()

@@ -33,7 +33,7 @@ impl Input {
         let labels = found.labels.iter().zip(self.labels.iter().chain(std::iter::repeat(&0)));
         let labels = labels.map(|(own, &n)| if n > 0 { i32::from(n % 4) } else { *own }).collect();
         let apart = loose.iter().map(|p| p[0] > 1.0).collect();
-        let surface = self.relief.points();
+        let surface = self.relief.points().into();
         let found = Found { labels, ground: found.ground, surface, loose: loose.clone(), apart };
         let settings = self.settings(&grid);
         if let Ok(objects) = measure(&grid, &heights_m, &found, &settings) {

@@ -23,19 +23,20 @@ __all__ = [
     "hills",
     "inside",
     "integrate",
+    "level",
     "leveling",
     "lzf_decompress",
     "measure_difference",
     "measure_inside",
     "measure_objects",
+    "outermost",
     "pieces",
     "plane_base",
     "radius_outlier_mask",
     "read_e57",
-    "rotate",
     "rotation_to_z",
     "seen",
-    "surface_and_voxels",
+    "surface_and_clusters",
     "surface_base",
     "surface_mask",
     "survey",
@@ -58,20 +59,21 @@ def hdbscan(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
 def lzf_decompress(packed: bytes, size: int) -> NDArray[np.uint8]: ...
 def radius_outlier_mask(
-    points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int
+    points: NDArray[Any], radius_m: float, min_neighbors: int, threads: int, own: bool
 ) -> NDArray[np.bool_]: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
 
 _Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
-def surface_and_voxels(
+def surface_and_clusters(
     points: NDArray[Any],
     cell_m: float,
     noise_m: float,
     anywhere: bool,
     voxel_m: float,
+    clustering: tuple[int, int, float] | None,
     threads: int,
-) -> tuple[NDArray[np.bool_], _Voxels]: ...
+) -> tuple[NDArray[np.bool_], _Voxels, NDArray[np.int32] | None]: ...
 
 _Hills: TypeAlias = tuple[NDArray[np.int32], NDArray[np.bool_], NDArray[np.float64], float]
 
@@ -90,9 +92,14 @@ def ground_height(
 def seen(
     points: NDArray[Any],
     threads: int,
-) -> tuple[NDArray[np.float64], tuple[float, float, float], int, int]: ...
+) -> tuple[
+    NDArray[np.float64], tuple[float, float, float], tuple[float, float, float], int, int
+]: ...
+def outermost(
+    points: NDArray[Any], threads: int
+) -> tuple[tuple[float, float, float], tuple[float, float, float], int, int]: ...
 def survey(
-    points: NDArray[Any], seed: int, threads: int
+    points: NDArray[Any], seed: int, threads: int, own: bool
 ) -> tuple[float, bool, float, NDArray[np.float64], NDArray[np.float64], float]: ...
 def find_ground(
     points: NDArray[Any],
@@ -121,9 +128,12 @@ def fit_plane(
     threads: int,
 ) -> tuple[tuple[float, float, float], float, int, float]: ...
 def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]: ...
-def rotate(
-    points: NDArray[Any], rotation: Sequence[Sequence[float]], threads: int
-) -> NDArray[np.float64]: ...
+def level(
+    points: NDArray[np.float64],
+    rotation: Sequence[Sequence[float]],
+    offset_m: float,
+    threads: int,
+) -> None: ...
 
 @final
 class RawHeightMap:
@@ -135,7 +145,12 @@ class RawHeightMap:
     def origin_m(self) -> tuple[float, float]: ...
 
 def height_map(
-    points: NDArray[Any], cell_m: float, triangulated: bool, mask: NDArray[np.bool_] | None
+    points: NDArray[Any],
+    cell_m: float,
+    triangulated: bool,
+    mask: NDArray[np.bool_] | None,
+    threads: int,
+    own: bool,
 ) -> RawHeightMap: ...
 def integrate(
     heights_above_base_m: NDArray[np.float64], cell_m: float

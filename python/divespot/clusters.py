@@ -29,6 +29,14 @@ def find_clusters(
     return cluster(points, link_m or 0.0, settings).astype(np.int32)
 
 
+def own_clustering(link_m: float | None, settings: Settings) -> tuple[int, int, float] | None:
+    """Return how `find_clusters` clusters with this package's own kernel; None with another."""
+    stages = settings.stages
+    if stages.cluster_backend == "hdbscan":
+        return None
+    return stages.min_cluster_size, stages.min_samples, link_m or 0.0
+
+
 def _own(points: NDArray[np.float64], link_m: float, settings: Settings) -> NDArray[np.int64]:
     return hdbscan(
         points,

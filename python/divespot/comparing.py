@@ -109,7 +109,7 @@ def compare(
         def held_against(earlier: Heights) -> Report:
             np.save(path, earlier)
             run = Progress(_named(on_stage, "change"))
-            found = measure_cloud(clouds[1], s.changed(base=f"surface={path}"), run)
+            found = measure_cloud(clouds[1].copied(), s.changed(base=f"surface={path}"), run)
             # The file is gone soon.
             return dataclasses.replace(found, settings=found.settings.changed(base=s.base))
 
@@ -142,7 +142,7 @@ def _in_scan(cloud: Cloud, source: Source) -> Heights:
 def _alone(cloud: Cloud, settings: Settings, run: Progress) -> Report | None:
     """Return the piles of one scan; None where no ground is in view that they could stand on."""
     try:
-        return measure_cloud(cloud, settings, run)
+        return measure_cloud(cloud.copied(), settings, run)
     except NoFloorError:
         return None
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from divespot import _native
     from divespot.directions import Position
     from divespot.frame import Frame
+    from divespot.gaps import Gaps
     from divespot.ground_level import GroundLevel
     from divespot.intake import Cloud
     from divespot.io.scan import Registration
@@ -56,10 +57,14 @@ def describe(
     return _numbered(piles), _numbered(others)
 
 
-def outlines(measured: Measured) -> tuple[Outline, ...]:
+def outlines(measured: Measured, gaps: Gaps) -> tuple[Outline, ...]:
     """Return the outlines in the level frame, in the order of `describe`."""
+
+    def corners(item: _native.RawObject) -> tuple[Position, ...]:
+        return tuple((x, y, z) for x, y, z in gaps.opened(np.array(item.outline_m)).tolist())
+
     found = _largest_first(measured.objects)
-    return tuple(Outline(tuple(o.outline_m), o.reason) for o in found)
+    return tuple(Outline(corners(item) if item.outline_m else (), item.reason) for item in found)
 
 
 def _largest_first(objects: list[_native.RawObject]) -> list[_native.RawObject]:
@@ -78,10 +83,7 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
     settings: Settings,
     registration: Registration | None,
 ) -> Pile:
-    def place(position: Position) -> Position:
-        x, y, z = frame.to_scan(np.array(position)).tolist()
-        return x, y, z
-
+    centroid_m, *outline_m = _in_scan([raw.centroid_m, *raw.outline_m], frame)
     factor = settings.stages.factor
     terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
     own = {term: factor * getattr(raw, term) for term in terms}
@@ -100,8 +102,8 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
         fill_m3=factor * raw.fill_m3,
         footprint_m2=raw.footprint_m2,
         max_height_m=raw.max_height_m,
-        centroid_m=place(raw.centroid_m),
-        outline_m=tuple(place(corner) for corner in raw.outline_m),
+        centroid_m=centroid_m,
+        outline_m=tuple(outline_m),
         seen_fraction=raw.seen_fraction,
         touches_edge=raw.touches_edge,
         leans_on_wall=raw.leans_on_wall,
@@ -120,6 +122,10 @@ def _registration_m3(raw: _native.RawObject, found: Registration) -> float:
     """Return the standard uncertainty of a volume by the registration, as its frames show it."""
     height_m3 = raw.footprint_m2 * found.u_height_m
     return math.hypot(height_m3, found.u_scale * (raw.cut_m3 - raw.fill_m3))
+
+
+def _in_scan(places_m: list[Position], frame: Frame) -> list[Position]:
+    return [(x, y, z) for x, y, z in frame.to_scan(np.array(places_m)).tolist()]
 
 
 def _by_base(raw: _native.RawObject, measured: Measured, factor: float) -> dict[str, float] | None:

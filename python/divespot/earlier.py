@@ -75,7 +75,7 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
         return None
     found = read(name.path)
     in_metres = found.points if found.unit_stated else found.points * UNITS[cloud.source.unit]
-    points, origin, _, _ = _native.seen(in_metres, settings.threads)
+    points, origin, *_ = _native.seen(in_metres, settings.threads)
     points = (points + (np.array(origin) - cloud.origin_m)) / (cloud.scale, cloud.scale, 1.0)
     try:
         scan, own = take_survey(points, found.quantum_m, _own(settings))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from divespot import _native
 from divespot.clusters import find_clusters
 from divespot.errors import DivespotError
-from divespot.kernels import radius_outlier_mask, voxel_downsample
-from divespot.selection import rows_of
+from divespot.kernels import voxel_downsample
+from divespot.selection import only_rows, rows_of
 from divespot.settings import given
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np.float64]:
-    """Drop points with too few neighbours (Algorithm 1, lines 1 to 17).
+    """Drop points with too few neighbours (Algorithm 1, lines 1 to 17), in the same array.
 
     Raises
     ------
@@ -32,8 +33,8 @@ def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np
     if radius_m == 0.0:
         return points
     fewest = settings.stages.min_neighbors
-    mask = radius_outlier_mask(points, radius_m, fewest, threads=settings.threads)
-    kept = rows_of(points, mask)
+    mask = _native.radius_outlier_mask(points, radius_m, fewest, settings.threads, own=True)
+    kept = only_rows(points, mask)
     if not len(kept):
         raise DivespotError(
             f"no point has {fewest} neighbours within radius_m = {radius_m:.3g}: "

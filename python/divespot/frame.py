@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.gaps import NO_GAPS
 from divespot.io import UNITS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from divespot.gaps import Gaps
     from divespot.pose import Pose
 
 
@@ -29,6 +31,8 @@ class Frame:
         The unit of the scan's numbers.
     scale
         Metres of the scan's x and y to a metre of the cloud's: the scale of its projection.
+    gaps
+        What was closed up of the level frame in places that `to_scan` is given.
 
     """
 
@@ -36,6 +40,7 @@ class Frame:
     origin_m: NDArray[np.float64]
     unit: str
     scale: float = 1.0
+    gaps: Gaps = NO_GAPS
 
     @property
     def metres(self) -> float:
@@ -44,7 +49,7 @@ class Frame:
 
     def to_scan(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return places of the level frame, shape ``(..., 3)``, in the scan's frame and unit."""
-        restored = self.pose.restored(positions_m) * (self.scale, self.scale, 1.0)
+        restored = self.pose.restored(self.gaps.opened(positions_m)) * (self.scale, self.scale, 1.0)
         return np.asarray((restored + self.origin_m) / self.metres)
 
     def to_level(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:

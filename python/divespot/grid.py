@@ -88,7 +88,7 @@ def height_map(
     """
     kept = None if mask is None else flags("mask", mask)
     cell = number("cell_m", cell_m)
-    raw = _native.height_map(as_floats("points", points), cell, triangulated, kept)
+    raw = _native.height_map(as_floats("points", points), cell, triangulated, kept, 1, own=False)
     return HeightMap(raw.heights_m, raw.counts, raw.origin_m, cell_m)
 
 

@@ -116,6 +116,14 @@ class Cloud:
     scale: float = 1.0
     registration: Registration | None = None
 
+    def copied(self) -> Cloud:
+        """Return a cloud with a copy of the points, for what uses them up."""
+        return replace(self, points=self.points.copy())
+
+    def without_points(self) -> Cloud:
+        """Return all but the points, so that their memory is free for those that are left."""
+        return replace(self, points=np.empty((0, 3)))
+
 
 def load(source: Scannable, settings: Settings) -> Cloud:
     """Read a scan; drop and count points that are not finite and points at (0, 0, 0).
@@ -133,26 +141,26 @@ def load(source: Scannable, settings: Settings) -> Cloud:
 
 def cloud_of(scan: Scan, settings: Settings) -> Cloud:
     """Drop and count the points of a scan that were not seen, as `load` does."""
-    points, origin, nonfinite, zero = _native.seen(scan.points, settings.threads)
+    points, origin, extent_m, nonfinite, zero = _native.seen(scan.points, settings.threads)
     if len(points) < FEWEST:
         raise NothingSeenError(
             f"{scan.path or 'the array'}: of {len(scan.points)} points {nonfinite} are not finite "
             f"and {zero} are (0, 0, 0): at least {FEWEST} others are needed"
         )
-    if (size := float(points.max())) < SMALLEST_M:
+    if (size := max(extent_m)) < SMALLEST_M:
         raise DivespotError(
             f"{scan.path or 'the array'}: the points span {size:.2g} m: at least {SMALLEST_M:g} m "
             "is needed"
         )
-    _refuse_coarse(scan, points)
+    _refuse_coarse(scan, extent_m)
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
     place = sensor_place(scan, points, origin, settings)
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    factor, told = scale_of(scan, origin + middle)
+    factor, told = scale_of(scan, np.array(origin) + 0.5 * np.array(extent_m))
     scale = factor if factor is not None and told else 1.0
-    points[:, :2] /= scale
+    if scale != 1.0:
+        points[:, :2] /= scale
     return Cloud(
         points,
         np.array(origin),
@@ -166,10 +174,10 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
     )
 
 
-def _refuse_coarse(scan: Scan, points: NDArray[np.float64]) -> None:
+def _refuse_coarse(scan: Scan, extent_m: Position) -> None:
     """Raise DivespotError where so few steps of x or y lie across the scan that no pile shows."""
-    for axis, step_m in zip("xy", scan.quantum_m[:2], strict=True):
-        steps = round(float(np.ptp(points[:, "xyz".index(axis)])) / step_m) if step_m else 0
+    for axis, width_m, step_m in zip("xy", extent_m, scan.quantum_m, strict=False):
+        steps = round(width_m / step_m) if step_m else 0
         if 2 < steps < FEWEST_STEPS:
             raise DivespotError(
                 f"{scan.path or 'the array'}: its {axis} is rounded to steps of {step_m:g} m, "

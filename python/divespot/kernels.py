@@ -56,6 +56,7 @@ def radius_outlier_mask(
         number("radius_m", radius_m),
         whole("min_neighbors", min_neighbors),
         thread_number(threads),
+        own=False,
     )
 
 

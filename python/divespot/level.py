@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from divespot.directions import Position
     from divespot.frame import Frame
+    from divespot.gaps import Gaps
     from divespot.grid import HeightMap
 
 
@@ -28,21 +31,34 @@ class Level:
 
     Attributes
     ----------
-    height_map
-        The surface.
+    closed_map
+        The surface, its gaps closed up.
+    closed_base_m
+        Shape of that map: the base in force below each cell, NaN where it is not known.
     ground_m
         Height of the ground.
     outlines
         Outlines of all objects, in the report's order.
-    base_m
-        Shape of the map: the base in force below each cell, NaN where it is not known.
     frame
         The way from here to the scan.
+    gaps
+        What was closed up.
 
     """
 
-    height_map: HeightMap
+    closed_map: HeightMap
+    closed_base_m: NDArray[np.float64]
     ground_m: float
     outlines: tuple[Outline, ...]
-    base_m: NDArray[np.float64]
     frame: Frame
+    gaps: Gaps
+
+    @cached_property
+    def height_map(self) -> HeightMap:
+        """The surface."""
+        return self.gaps.opened_map(self.closed_map)
+
+    @cached_property
+    def base_m(self) -> NDArray[np.float64]:
+        """Shape of the map: the base in force below each cell, NaN where it is not known."""
+        return self.gaps.opened_cells(self.closed_base_m, self.closed_map, np.nan)

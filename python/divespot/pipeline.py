@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from divespot._arguments import require_kind
@@ -13,6 +14,7 @@ from divespot.doors import Report
 from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
+from divespot.gaps import close_gaps
 from divespot.ground_level import find_ground
 from divespot.holes import with_holes
 from divespot.intake import crop, load
@@ -103,21 +105,24 @@ def measure(
 
 
 def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
-    """Measure every pile in a scan that was read."""
+    """Measure every pile in a scan that was read, and whose points are used up."""
     cloud = run("crop", crop, cloud, s)
     scan, resolved = run("survey", take_survey, cloud.points, cloud.quantum_m, s)
     points, scan, s = run("thinning", even_out, cloud, scan, resolved, s)
+    cloud = cloud.without_points()
     points = run("radius filter", radius_filter, points, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
     points, scan, s = run("strays", drop_strays, points, scan, cloud, s)
     before = run("earlier scan", read_earlier, cloud, s)
     pose = run("pose", common_pose, points, scan, before, cloud, s)
-    points = run("rotation", pose.level, points, s.threads)
+    points = run("rotation", pose.laid_level, points, s.threads)
+    points, gaps = run("gaps", close_gaps, points, s)
     surface = run("surface", find_surface, points, scan, s)
     grid = run("height map", map_heights, surface, s)
     ground, s = run("ground", find_ground, grid, scan, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit, cloud.scale)
+    closed = replace(frame, gaps=gaps)
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
     if s.is_outlined:
@@ -130,7 +135,7 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
         measured = run("holes", with_holes, measured, grid, bases, s)
     rounding = Rounding.of(cloud, pose, scan)
-    piles, others = describe(measured, frame, rounding, s, cloud.registration)
+    piles, others = describe(measured, closed, rounding, s, cloud.registration)
     base_m = whole_base(grid, bases, measured.base_m, s)
     return Report(
         source=cloud.source,
@@ -147,5 +152,5 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
             *unknown(base_m, measured.base_m),
             *doubts(piles, others, pose, len(points), s),
         ),
-        scene=Level(grid, ground.height_m, outlines(measured), base_m, frame),
+        scene=Level(grid, base_m, ground.height_m, outlines(measured, gaps), frame, gaps),
     )

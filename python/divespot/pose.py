@@ -44,9 +44,12 @@ class Pose:
 
     def level(self, points: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
         """Return points of the cloud in the level frame."""
-        turned = _native.rotate(points, self.rotation.tolist(), threads)
-        turned[:, 2] -= self.plane.offset_m
-        return turned
+        return self.laid_level(np.array(points, np.float64, order="C"), threads)
+
+    def laid_level(self, points: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
+        """Return the same array with its points in the level frame."""
+        _native.level(points, self.rotation.tolist(), self.plane.offset_m, threads)
+        return points
 
     def restored(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return places of the level frame, shape ``(..., 3)``, in the cloud's frame."""

@@ -58,7 +58,7 @@ def sensor_place(
     stated = scan.viewpoint_m is not None or scan.raster is not None
     places = (ORIGIN,) if scan.viewpoint_m is None else (scan.viewpoint_m, ORIGIN)
     if scan.raster is not None:
-        points, origin, _, _ = _native.seen(_thinned(scan.points, scan.raster), settings.threads)
+        points, origin, *_ = _native.seen(_thinned(scan.points, scan.raster), settings.threads)
     most = MOST_UNEVEN_STATED if stated else MOST_UNEVEN
     for place in places:
         from_origin = np.subtract(place, origin).tolist()

@@ -73,7 +73,9 @@ def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
 
     """
     return Survey(
-        *_native.survey(as_floats("points", points), seed_number(seed), thread_number(threads))
+        *_native.survey(
+            as_floats("points", points), seed_number(seed), thread_number(threads), own=False
+        )
     )
 
 

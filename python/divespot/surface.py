@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from divespot import _native
-from divespot.clusters import find_clusters
+from divespot.clusters import find_clusters, own_clustering
 from divespot.errors import NoFloorError
-from divespot.grid import HeightMap, height_map
+from divespot.grid import HeightMap
 from divespot.settings import given, needs_ground
 
 if TYPE_CHECKING:
@@ -80,19 +80,24 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     anywhere = not needs_ground(settings)
     voxel_m = THINNED * scan.spacing_m
-    is_on, voxels = _native.surface_and_voxels(
-        points, cell_m, scan.roughness_m, anywhere, voxel_m, settings.threads
+    clustering = own_clustering(settings.radius_m, settings)
+    is_on, voxels, labels = _native.surface_and_clusters(
+        points, cell_m, scan.roughness_m, anywhere, voxel_m, clustering, settings.threads
     )
     if anywhere and _cells(points[is_on], cell_m) < WALKABLE * _cells(points, cell_m):
         return Surface(points, ~nothing, nothing)
-    is_apart = _apart(is_on, voxels, settings)
+    if labels is None:
+        labels = find_clusters(voxels[0], settings.radius_m, settings)
+    is_apart = _apart(is_on, voxels, labels)
     is_on &= ~is_apart
     if not is_on.any():
         raise NoFloorError(NO_GROUND)
     return Surface(points, is_on, is_apart)
 
 
-def _apart(is_on: NDArray[np.bool_], voxels: Voxels, settings: Settings) -> NDArray[np.bool_]:
+def _apart(
+    is_on: NDArray[np.bool_], voxels: Voxels, labels: NDArray[np.int32]
+) -> NDArray[np.bool_]:
     """Return which points are of clusters apart from the ground's (Algorithm 1, line 18).
 
     The ground's are the clusters that hold much of what the walk reached, or of which it reached
@@ -100,7 +105,7 @@ def _apart(is_on: NDArray[np.bool_], voxels: Voxels, settings: Settings) -> NDAr
     What is noise is left to the walk.
     """
     thin, counts, voxel = voxels
-    cluster = find_clusters(thin, settings.radius_m, settings) + 1
+    cluster = labels + 1
     reached = np.bincount(cluster, np.bincount(voxel[is_on], minlength=len(thin)))
     held = np.bincount(cluster, counts)
     apart = reached < MUCH * np.minimum(held, is_on.sum())
@@ -119,9 +124,8 @@ def _cells(points: NDArray[np.float64], cell_m: float) -> int:
 
 def map_heights(surface: Surface, settings: Settings) -> HeightMap:
     """Average the surface's points over the cells of a grid that lies over all of them."""
-    return height_map(
-        surface.points,
-        given(settings.cell_m),
-        triangulated=settings.surface == "triangles",
-        mask=surface.is_on,
+    cell_m, triangulated = given(settings.cell_m), settings.surface == "triangles"
+    raw = _native.height_map(
+        surface.points, cell_m, triangulated, surface.is_on, settings.threads, own=True
     )
+    return HeightMap(raw.heights_m, raw.counts, raw.origin_m, cell_m)

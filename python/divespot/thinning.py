@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from divespot import _native
 from divespot.kernels import voxel_downsample
 from divespot.lengths import by_survey
-from divespot.spacing import Survey, survey
+from divespot.spacing import Survey
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +32,7 @@ def take_survey(
 
     Points whose x or y are rounded to `steps_m` are no denser than these steps.
     """
-    found = survey(points, seed=settings.seed, threads=settings.threads)
+    found = Survey(*_native.survey(points, settings.seed, settings.threads, own=True))
     apart_m = max(*steps_m[:2], found.spacing_m)
     found = replace(found, spacing_m=apart_m, sparse_m=max(apart_m, found.sparse_m))
     return found, by_survey(settings, found, len(points))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot import _native
 from divespot.errors import DivespotError
 from divespot.io.no_data import without_no_data
 from divespot.io.steps import SAMPLE, steps
@@ -84,16 +85,14 @@ def doubts_of(xyz: NDArray[Any]) -> tuple[str, ...]:
 
 def _bounds(xyz: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the corners of the box around all points that are finite."""
-    # A column by itself is many times as fast as all at once.
-    columns = np.ascontiguousarray(xyz.T)
-    low = np.array([np.fmin.reduce(column) for column in columns])
-    high = np.array([np.fmax.reduce(column) for column in columns])
+    lowest, highest, _, _ = _native.outermost(xyz, 0)
+    low, high = np.array(lowest), np.array(highest)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         known = xyz[np.isfinite(xyz).all(axis=1)]
         if not len(known):
             return np.zeros(3), np.zeros(3)
-        low, high = known.min(axis=0), known.max(axis=0)
-    return low.astype(np.float64), high.astype(np.float64)
+        return known.min(axis=0).astype(np.float64), known.max(axis=0).astype(np.float64)
+    return low, high
 
 
 def _are_degrees(low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot import _native
 from divespot.numbers import rounded
 
 if TYPE_CHECKING:
@@ -31,7 +32,9 @@ def without_no_data(xyz: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     lies far from all others: farther than the scene is wide, or, for a number that is a usual
     code, than ten times the span of the others.
     """
-    told = []
+    told: list[str] = []
+    if not _shared(xyz):
+        return xyz, ()
     for outermost in (np.fmin, np.fmax):
         height = _code(xyz, outermost)
         if height is None:
@@ -44,6 +47,12 @@ def without_no_data(xyz: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
             "they were dropped as no data"
         )
     return xyz, tuple(told)
+
+
+def _shared(xyz: FloatArray) -> bool:
+    """Return whether many points share the lowest or the highest of all heights."""
+    _, _, lowest, highest = _native.outermost(xyz, 0)
+    return max(lowest, highest) >= FEWEST
 
 
 def _code(xyz: FloatArray, outermost: np.ufunc) -> float | None:

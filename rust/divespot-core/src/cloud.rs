@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::parallel::{map_chunks, share, split_by};
-use crate::{Point, thread_count};
+use crate::{Places, Point, thread_count};
 
 /// Rows that a thread takes at a time.
 const CHUNK: usize = 32_768;
@@ -28,6 +28,27 @@ impl Bounds {
             min: std::array::from_fn(|k| if p[k] < bounds.min[k] { p[k] } else { bounds.min[k] }),
             max: std::array::from_fn(|k| if p[k] > bounds.max[k] { p[k] } else { bounds.max[k] }),
         }))
+    }
+
+    /// The box around all points, which several threads look at.
+    pub(crate) fn of_all<'a>(points: impl Into<Places<'a>>, threads: usize) -> Option<Self> {
+        let points = points.into();
+        let part = |range| Self::of(points.within(range));
+        let parts = map_chunks(points.len(), CHUNK, threads, part);
+        Self::of(parts.into_iter().flatten().flat_map(|b| [b.min, b.max]))
+    }
+
+    /// The box around all points; `None` where there are none, or one is not finite.
+    #[must_use]
+    pub fn of_finite(points: &[Point], threads: usize) -> Option<Self> {
+        let parts = map_chunks(points.len(), CHUNK, thread_count(threads), |range| {
+            let points = &points[range];
+            // Nought times what is not finite is no number.
+            let off = points.iter().flatten().fold(0.0, |off, v| off + 0.0 * v);
+            (off == 0.0).then(|| Self::of(points.iter().copied())).flatten()
+        });
+        let parts = parts.into_iter().collect::<Option<Vec<_>>>()?;
+        Self::of(parts.into_iter().flat_map(|b| [b.min, b.max]))
     }
 
     /// The box's edges.
@@ -128,6 +149,63 @@ impl Cloud {
     }
 }
 
+/// The lowest and the highest coordinates of some rows, and how many share the lowest and the highest
+/// z. What is NaN does not count; where all is, so is the outermost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outermost {
+    /// Lowest coordinates.
+    pub low: Point,
+    /// Highest coordinates.
+    pub high: Point,
+    /// Rows with the lowest z.
+    pub lowest: usize,
+    /// Rows with the highest z.
+    pub highest: usize,
+}
+
+impl Outermost {
+    const NOTHING: Self =
+        Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], lowest: 0, highest: 0 };
+
+    /// Those of `count` rows; `threads` = 0 takes every core that the process may use.
+    #[must_use]
+    pub fn of(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Self {
+        let parts = map_chunks(count, CHUNK, thread_count(threads), |range| {
+            let found = range.clone().map(&row).fold(Self::NOTHING, Self::with);
+            let among = |z: f64| range.clone().filter(|&i| row(i)[2] == z).count();
+            Self { lowest: among(found.low[2]), highest: among(found.high[2]), ..found }
+        });
+        let all = parts.into_iter().fold(Self::NOTHING, Self::and);
+        let known = |k: usize| all.low[k] <= all.high[k];
+        let or_nan =
+            |ends: Point| std::array::from_fn(|k| if known(k) { ends[k] } else { f64::NAN });
+        Self { low: or_nan(all.low), high: or_nan(all.high), ..all }
+    }
+
+    /// Whatever is compared with NaN is false: known numbers win.
+    #[inline]
+    fn with(mut self, p: Point) -> Self {
+        for ((v, low), high) in p.into_iter().zip(&mut self.low).zip(&mut self.high) {
+            *low = if v < *low { v } else { *low };
+            *high = if v > *high { v } else { *high };
+        }
+        self
+    }
+
+    fn and(self, other: Self) -> Self {
+        let (low, high) = (self.with(other.low).low, self.with(other.high).high);
+        let held = |at: f64, own: f64, count: usize| if own == at { count } else { 0 };
+        Self {
+            low,
+            high,
+            lowest: held(low[2], self.low[2], self.lowest)
+                + held(low[2], other.low[2], other.lowest),
+            highest: held(high[2], self.high[2], self.highest)
+                + held(high[2], other.high[2], other.highest),
+        }
+    }
+}
+
 /// Rows that one thread reads, and how many of them it keeps.
 struct Part {
     range: Range<usize>,
@@ -185,6 +263,21 @@ mod tests {
         let rows: Vec<u32> = (0..count as u32).filter(|i| i % 7 != 3).collect();
         assert_eq!(cloud.points.len(), rows.len());
         assert_eq!(cloud.rows, Some(rows));
+    }
+
+    #[test]
+    fn the_outermost_are_counted_and_what_is_no_number_is_not() {
+        let rows =
+            [[1.0, f64::NAN, 3.0], [2.0, f64::NAN, -4.0], [f64::NAN; 3], [0.0, f64::NAN, 3.0]];
+        for threads in [1, 2] {
+            let found = Outermost::of(4, threads, |i| rows[i]);
+            assert_eq!((found.low[0], found.high[0]), (0.0, 2.0));
+            assert_eq!(
+                (found.low[2], found.high[2], found.lowest, found.highest),
+                (-4.0, 3.0, 1, 2)
+            );
+            assert!(found.low[1].is_nan() && found.high[1].is_nan());
+        }
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub(crate) fn components_joined(
         let (mut cells, mut next) = (vec![first], 0);
         while let Some(&cell) = cells.get(next) {
             poll();
-            for n in ways.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)) {
+            for n in grid.neighbors(cell, ways) {
                 if left[n] && joined(cell, n) {
                     left[n] = false;
                     cells.push(n);

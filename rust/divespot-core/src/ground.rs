@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::plane::{Cone, Plane, Settings, fit_plane, scored, settled};
 use crate::pose::{hull_area, rotate, rotation_to_z};
 use crate::survey::Normal;
-use crate::{Error, Point};
+use crate::{Error, Places, Point};
 
 /// Planes that are looked at; a room shows five.
 const CANDIDATES: usize = 6;
@@ -126,12 +126,13 @@ pub struct Frame {
 /// assert!(ground.plane.normal[2] > 0.999);
 /// # Ok::<(), divespot_core::Error>(())
 /// ```
-pub fn find_ground(
-    points: &[Point],
+pub fn find_ground<'a>(
+    points: impl Into<Places<'a>>,
     normals: &[Normal],
     settings: &Settings,
     frame: Frame,
 ) -> Result<Ground> {
+    let points = points.into();
     let scored = scored(points, settings);
     let drawn = &scored[..scored.len().min(COMPARED)];
     let scene = Scene { drawn, normals, settings, frame };

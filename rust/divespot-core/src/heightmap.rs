@@ -2,10 +2,13 @@
 //!
 //! Memory grows with the square of the scene's size, where inner voxels would take the cube.
 
+use std::ops::Range;
+
 use crate::cancel::Polled;
 use crate::error::{Error, Result, memory_for, positive};
 use crate::fixed::Fixed;
-use crate::{Bounds, Point};
+use crate::parallel::{fill_chunks, map_chunks};
+use crate::{Bounds, Places, Point, thread_count};
 
 /// The largest grid that is made, and from which on it may have this many cells a point: with
 /// more it is all gaps.
@@ -14,6 +17,11 @@ const ANY_CELLS: f64 = (1u64 << 22) as f64;
 const CELLS_A_POINT: f64 = 64.0;
 /// What a height map of triangles holds for each cell while it is made: 140 bytes, and some more.
 const BYTES_A_CELL: usize = 192;
+
+/// Points are averaged in so many parts at most: each has cells of its own.
+const PARTS: usize = 4;
+/// Cells that a thread takes at a time.
+const CHUNK: usize = 1 << 13;
 
 /// Square cells in plan, row by row: x along a row, y from row to row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,9 +119,29 @@ impl Grid {
     /// The neighbour `dx` columns and `dy` rows away, if there is one.
     #[must_use]
     pub fn neighbor(&self, cell: usize, dx: isize, dy: isize) -> Option<usize> {
-        let column = (cell % self.columns).checked_add_signed(dx).filter(|&c| c < self.columns)?;
-        let row = (cell / self.columns).checked_add_signed(dy).filter(|&r| r < self.rows)?;
-        Some(row * self.columns + column)
+        self.ways(cell)((dx, dy))
+    }
+
+    /// The neighbours that `ways` lead to.
+    pub(crate) fn neighbors<'a>(
+        &self,
+        cell: usize,
+        ways: &'a [(isize, isize)],
+    ) -> impl Iterator<Item = usize> + use<'a> {
+        let way = self.ways(cell);
+        ways.iter().filter_map(move |&by| way(by))
+    }
+
+    /// Where ways lead from a cell; its column and row are reckoned once.
+    #[inline]
+    pub(crate) fn ways(&self, cell: usize) -> impl Fn((isize, isize)) -> Option<usize> + use<> {
+        let (columns, rows) = (self.columns, self.rows);
+        let (column, row) = (cell % columns, cell / columns);
+        move |(dx, dy)| {
+            let column = column.checked_add_signed(dx).filter(|&c| c < columns)?;
+            let row = row.checked_add_signed(dy).filter(|&r| r < rows)?;
+            Some(row * columns + column)
+        }
     }
 }
 
@@ -167,7 +195,34 @@ pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
 ///
 /// As [`height_map`].
 pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Result<HeightMap> {
-    Ok(Cells::within(points, bounds, cell_m)?.averaged())
+    height_map_of(points, None, bounds, cell_m, 1)
+}
+
+/// As [`height_map_within`], of the points that are marked, where marks are given.
+///
+/// # Errors
+///
+/// As [`height_map`].
+pub fn height_map_of<'a>(
+    points: impl Into<Places<'a>>,
+    marks: Option<&[bool]>,
+    bounds: &Bounds,
+    cell_m: f64,
+    threads: usize,
+) -> Result<HeightMap> {
+    let points = points.into();
+    let is_marked = |row: usize| marks.is_none_or(|marks| marks[row]);
+    let count = marks.map_or(points.len(), |marks| marks.iter().filter(|&&is| is).count());
+    let grid = Grid::over(bounds, cell_m, count)?;
+    let fixed = Fixed::new(bounds.largest(), count);
+    let threads = thread_count(threads);
+    let part = |range: Range<usize>| {
+        let rows = range.clone().zip(points.within(range));
+        accumulate(rows.filter(|(row, _)| is_marked(*row)).map(|(_, p)| p), &grid, fixed)
+    };
+    let parts =
+        map_chunks(points.len(), points.len().div_ceil(threads.min(PARTS)).max(1), threads, part);
+    Ok(Cells::averaging(grid, merged(parts, &grid), fixed).averaged(threads))
 }
 
 /// The box around points.
@@ -175,9 +230,9 @@ pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Resu
 /// # Errors
 ///
 /// No points.
-pub fn bounds(points: &[Point]) -> Result<Bounds> {
+pub fn bounds<'a>(points: impl Into<Places<'a>>) -> Result<Bounds> {
     let none = Error::TooFewPoints { what: "a height map", given: 0, needed: 1 };
-    Bounds::of(points.iter().copied()).ok_or(none)
+    Bounds::of(points.into().iter()).ok_or(none)
 }
 
 /// What the points say of each cell.
@@ -192,19 +247,21 @@ impl Cells {
     /// The cells of edge `cell_m` over a box around all points.
     pub(crate) fn within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Result<Self> {
         let grid = Grid::over(bounds, cell_m, points.len())?;
-        Ok(Self::on(grid, points, bounds.largest()))
+        let fixed = Fixed::new(bounds.largest(), points.len());
+        let sums = accumulate(points.iter().copied(), &grid, fixed);
+        Ok(Self::averaging(grid, sums, fixed))
     }
 
-    /// The cells of a grid, for points on it whose coordinates are at most `largest` in size.
-    fn on(grid: Grid, points: &[Point], largest: f64) -> Self {
-        let fixed = Fixed::new(largest, points.len());
-        let sums = accumulate(points, &grid, fixed);
+    fn averaging(grid: Grid, sums: Vec<Sums>, fixed: Fixed) -> Self {
         let means = sums.iter().map(|s| mean(s, fixed)).collect();
         Self { grid, sums, means }
     }
 
-    fn averaged(self) -> HeightMap {
-        let heights_m = (0..self.grid.len()).polled().map(|cell| self.centered(cell)).collect();
+    fn averaged(self, threads: usize) -> HeightMap {
+        let mut heights_m = vec![f64::NAN; self.grid.len()];
+        fill_chunks(&mut heights_m, CHUNK, threads, |first, piece| {
+            piece.iter_mut().zip(first..).for_each(|(height, cell)| *height = self.centered(cell));
+        });
         self.with_heights(heights_m)
     }
 
@@ -225,14 +282,26 @@ impl Cells {
     }
 }
 
-fn accumulate(points: &[Point], grid: &Grid, fixed: Fixed) -> Vec<Sums> {
+fn accumulate(points: impl Iterator<Item = Point>, grid: &Grid, fixed: Fixed) -> Vec<Sums> {
     let mut sums = vec![NOTHING; grid.len()];
-    for p in points.iter().polled() {
-        let cell = &mut sums[grid.cell(p)];
+    for p in points.polled() {
+        let cell = &mut sums[grid.cell(&p)];
         cell.count += 1;
         (0..3).for_each(|k| cell.xyz[k] += fixed.encode(p[k]));
     }
     sums
+}
+
+/// The sums of all parts: of integers, in whatever order.
+fn merged(parts: Vec<Vec<Sums>>, grid: &Grid) -> Vec<Sums> {
+    let add = |mut all: Vec<Sums>, part: Vec<Sums>| {
+        for (sums, more) in all.iter_mut().zip(part) {
+            sums.count += more.count;
+            (0..3).for_each(|k| sums.xyz[k] += more.xyz[k]);
+        }
+        all
+    };
+    parts.into_iter().reduce(add).unwrap_or_else(|| vec![NOTHING; grid.len()])
 }
 
 fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {

@@ -7,6 +7,7 @@
 
 mod connectivity;
 mod count;
+mod dealt;
 mod error;
 mod film;
 mod fixed;
@@ -16,6 +17,7 @@ mod moments;
 mod nearest;
 mod order;
 mod parallel;
+mod places;
 mod robust;
 mod slopes;
 mod terrain;
@@ -48,6 +50,7 @@ pub use ground_peak::{GroundRule, ground_height};
 pub use histogram::{HeightHistogram, height_histogram};
 pub use neighbors::radius_outlier_mask;
 pub use parallel::{both, thread_count};
+pub use places::Places;
 pub use survey::point_spacing;
 pub use voxel::{Voxels, voxel_downsample};
 

@@ -2,9 +2,11 @@
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use crate::Point;
+use std::borrow::Borrow;
+
 use crate::fixed::Fixed;
 use crate::parallel::map_chunks;
+use crate::{Places, Point};
 
 /// Points that a thread takes at a time.
 const CHUNK: usize = 1 << 14;
@@ -22,24 +24,19 @@ const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 
 
 impl Moments {
     /// The moments of `points`, which `fixed` must be made for.
-    pub(crate) fn of<'a>(points: impl IntoIterator<Item = &'a Point>, fixed: Fixed) -> Self {
+    pub(crate) fn of<P: Borrow<Point>>(points: impl IntoIterator<Item = P>, fixed: Fixed) -> Self {
         let mut moments = Self::default();
-        points.into_iter().for_each(|p| moments.add(p.map(|v| fixed.encode(v))));
+        points.into_iter().for_each(|p| moments.add(p.borrow().map(|v| fixed.encode(v))));
         moments
     }
 
-    /// The moments of many points, taken by several threads.
-    pub(crate) fn of_all(points: &[Point], fixed: Fixed, threads: usize) -> Self {
-        let part = |range: std::ops::Range<usize>| Self::of(&points[range], fixed);
-        let parts = map_chunks(points.len(), CHUNK, threads, part);
-        parts.iter().fold(Self::default(), Self::merge)
-    }
-
+    #[inline]
     fn add(&mut self, p: [i64; 3]) {
         self.count += 1;
-        let p = p.map(i128::from);
-        (0..3).for_each(|k| self.sums[k] += p[k]);
-        PAIRS.iter().zip(&mut self.products).for_each(|(&(a, b), sum)| *sum += p[a] * p[b]);
+        (0..3).for_each(|k| self.sums[k] += i128::from(p[k]));
+        for (&(a, b), sum) in PAIRS.iter().zip(&mut self.products) {
+            *sum += i128::from(p[a]) * i128::from(p[b]); // of two i64: one instruction
+        }
     }
 
     pub(crate) fn merge(mut self, other: &Self) -> Self {
@@ -55,11 +52,6 @@ impl Moments {
 
     pub(crate) fn mean(&self, fixed: Fixed) -> Vector3<f64> {
         Vector3::from_fn(|k, _| fixed.mean(self.sums[k] as f64, self.count))
-    }
-
-    /// The root mean square distance from the mean.
-    pub(crate) fn spread(&self, fixed: Fixed) -> f64 {
-        self.covariance(fixed).trace().max(0.0).sqrt()
     }
 
     /// The axis of least spread and the variance along it; `None` for fewer than three points.
@@ -86,6 +78,58 @@ impl Moments {
             matrix[(b, a)] = value;
         }
         matrix
+    }
+}
+
+/// The middle of points, and how far they lie from it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Spread {
+    count: u32,
+    sums: [i128; 3],
+    squares: [i128; 3],
+}
+
+impl Spread {
+    /// The spread of many points, taken by several threads.
+    pub(crate) fn of_all(points: Places<'_>, fixed: Fixed, threads: usize) -> Self {
+        let part = |range: std::ops::Range<usize>| {
+            let mut part = Self::default();
+            points.within(range).for_each(|p| part.add(p.map(|v| fixed.encode(v))));
+            part
+        };
+        let parts = map_chunks(points.len(), CHUNK, threads, part);
+        parts.iter().fold(Self::default(), Self::merge)
+    }
+
+    #[inline]
+    fn add(&mut self, p: [i64; 3]) {
+        self.count += 1;
+        for (k, v) in p.map(i128::from).into_iter().enumerate() {
+            self.sums[k] += v;
+            self.squares[k] += v * v;
+        }
+    }
+
+    fn merge(mut self, other: &Self) -> Self {
+        self.count += other.count;
+        (0..3).for_each(|k| self.sums[k] += other.sums[k]);
+        (0..3).for_each(|k| self.squares[k] += other.squares[k]);
+        self
+    }
+
+    pub(crate) fn mean(&self, fixed: Fixed) -> Point {
+        self.sums.map(|sum| fixed.mean(sum as f64, self.count))
+    }
+
+    /// The root mean square distance from the mean, exact but for the last rounding.
+    #[allow(clippy::cast_precision_loss)] // the exact value is rounded once, at the end
+    pub(crate) fn root_mean_square(&self, fixed: Fixed) -> f64 {
+        let (n, count) = (i128::from(self.count), f64::from(self.count));
+        let variance = |k: usize| {
+            let exact = n * self.squares[k] - self.sums[k] * self.sums[k];
+            fixed.square(exact as f64) / (count * count)
+        };
+        (variance(0) + variance(1) + variance(2)).max(0.0).sqrt()
     }
 }
 

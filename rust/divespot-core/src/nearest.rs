@@ -14,6 +14,8 @@ use crate::sample::mix;
 const DRAWN: usize = 8;
 /// Points that a thread takes at a time.
 const CHUNK: usize = 1 << 13;
+/// Points that go down the tree side by side: each waits for the split that it comes to.
+const ABREAST: usize = 16;
 
 /// A kd-tree of points. What is found does not depend on how it was split.
 pub(crate) struct Tree<'a> {
@@ -34,10 +36,9 @@ impl<'a> Tree<'a> {
         let splits = splits(points, leaves, points.len() * DRAWN / leaf);
         let mut homes = vec![0_u32; points.len()];
         fill_chunks(&mut homes, CHUNK, threads, |first, piece| {
-            piece
-                .iter_mut()
-                .zip(&points[first..])
-                .for_each(|(home, p)| *home = home_of(&splits, p));
+            for (homes, points) in piece.chunks_mut(ABREAST).zip(points[first..].chunks(ABREAST)) {
+                find_homes(&splits, homes, points);
+            }
         });
         let (rows, ends) = dealt(&homes, leaves);
         Self { points, splits, rows, ends }
@@ -155,14 +156,17 @@ fn widest(part: &[Point]) -> usize {
     (0..3).fold(0, |widest, k| if extent[k] > extent[widest] { k } else { widest })
 }
 
-/// The leaf that a point belongs to.
+/// The leaves that a few points belong to.
 #[inline]
-fn home_of(splits: &[(usize, f64)], p: &Point) -> u32 {
-    let mut node = 0;
-    while let Some(&(axis, split)) = splits.get(node) {
-        node = 2 * node + 1 + usize::from(p[axis] >= split);
+fn find_homes(splits: &[(usize, f64)], homes: &mut [u32], points: &[Point]) {
+    let mut nodes = [0_usize; ABREAST];
+    for _ in 0..(splits.len() + 1).ilog2() {
+        for (node, p) in nodes.iter_mut().zip(points) {
+            let (axis, split) = splits[*node];
+            *node = 2 * *node + 1 + usize::from(p[axis] >= split);
+        }
     }
-    (node - splits.len()) as u32
+    homes.iter_mut().zip(nodes).for_each(|(home, node)| *home = (node - splits.len()) as u32);
 }
 
 /// The rows in the order of their leaves, and where each leaf ends.

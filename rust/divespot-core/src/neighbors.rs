@@ -1,21 +1,18 @@
 //! The radius filter: which points have company.
 
-use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::cancel::{Polled, poll};
+use crate::dealt::{Block, Column, Dealt};
 use crate::error::positive;
-use crate::order::{Keyed, keyed_by, sort_by_key};
-use crate::parallel::{fill_chunks, map_chunks};
-use crate::{Bounds, Point, Result, thread_count};
-
-/// Points that a thread takes at a time.
-const CHUNK: usize = 4096;
-
-/// Columns along an axis, at most: a product of two such numbers is a key.
-const MOST_COLUMNS: f64 = 1_073_741_824.0;
+use crate::parallel::share;
+use crate::{Point, Result, thread_count};
 
 /// Rounding must not hide a candidate; exact distances alone decide who is a neighbour.
 const MARGIN: f64 = 1.0 + 1e-6;
+
+/// Columns of so many points are searched from end to end.
+const FEW: usize = 48;
 
 /// Whether each point has at least `min_neighbors` others within `radius_m`.
 ///
@@ -48,15 +45,15 @@ pub fn radius_outlier_mask(
     }
     let threads = thread_count(threads);
     let radius = Radius { square: radius_m * radius_m, reach: radius_m * MARGIN };
-    let columns = Columns::new(points, radius.reach, threads);
-    let found = map_chunks(points.len(), CHUNK, threads, |range| {
-        columns.mask(range, min_neighbors, radius)
+    let dealt = Dealt::new(points, radius.reach, threads);
+    let mask: Vec<AtomicBool> = points.iter().map(|_| AtomicBool::new(false)).collect();
+    share(dealt.blocks(threads).into_iter(), threads, |block| {
+        let columns = Columns::over(points, &dealt, &block);
+        columns.keep(min_neighbors + 1, radius, |row| {
+            mask[row as usize].store(true, Ordering::Relaxed);
+        });
     });
-    let mut mask = vec![false; points.len()];
-    for (entry, keep) in columns.entries.iter().zip(found.into_iter().flatten()).polled() {
-        mask[entry.row as usize] = keep;
-    }
-    Ok(mask)
+    Ok(mask.into_iter().map(AtomicBool::into_inner).collect())
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -71,70 +68,67 @@ struct Entry {
     row: u32,
 }
 
-/// The place of the entries that share a column.
-#[derive(Debug, Clone, Copy)]
-struct Column {
-    key: u64,
-    start: usize,
-    end: usize,
-}
-
-/// Points sorted into vertical columns at least a radius wide, upward within each.
-///
-/// Only columns that hold points exist, so a far stray point costs nothing.
+/// The columns of a block and those around it, with their points sorted upward within each where
+/// one of them holds many.
 struct Columns {
     entries: Vec<Entry>,
     columns: Vec<Column>,
+    is_sorted: bool,
+    /// How many of the columns come before the block's own, and how many those are.
+    before: usize,
+    own: usize,
     /// From the key of a column to that of the next one in y.
     row_step: u64,
 }
 
 impl Columns {
-    fn new(points: &[Point], reach: f64, threads: usize) -> Self {
-        let (keyed, row_step) = column_keys(points, reach, threads);
-        let keyed = sort_by_key(keyed);
-        let mut entries = vec![Entry { point: [0.0; 3], row: 0 }; keyed.len()];
-        fill_chunks(&mut entries, CHUNK, threads, |first, piece| {
-            for (entry, &Keyed { row, .. }) in piece.iter_mut().zip(&keyed[first..]) {
-                *entry = Entry { point: points[row as usize], row };
-            }
-        });
-        let columns = columns_of(&keyed);
-        sort_upward(&mut entries, &columns, threads);
-        Self { entries, columns, row_step }
-    }
-
-    /// The answer for the entries in `range`, walking from column to column.
-    fn mask(&self, range: Range<usize>, min_neighbors: usize, radius: Radius) -> Vec<bool> {
-        let first = self.columns.partition_point(|c| c.end <= range.start);
-        let reached = self.columns[first..].iter().take_while(|c| c.start < range.end);
-        let mut from = self
-            .middles(self.columns[first].key)
-            .map(|middle| self.columns.partition_point(|c| c.key + 1 < middle));
-        let mut mask = Vec::with_capacity(range.len());
-        for column in reached {
-            let mut windows = self.windows(column, &mut from);
-            let asked = column.start.max(range.start)..column.end.min(range.end);
-            let asked = self.entries[asked].iter();
-            mask.extend(asked.map(|e| windows.hold(min_neighbors + 1, e.point, radius)));
+    fn over(points: &[Point], dealt: &Dealt, block: &Block) -> Self {
+        let entry = |&row: &u32| Entry { point: points[row as usize], row };
+        let (rows, columns) = dealt.within(&block.around);
+        let mut entries: Vec<Entry> = rows.iter().polled().map(entry).collect();
+        let is_sorted = columns.iter().any(|column| column.range().len() > FEW);
+        for column in columns.iter().polled().filter(|_| is_sorted) {
+            let upward = |a: &Entry, b: &Entry| a.point[2].total_cmp(&b.point[2]);
+            entries[column.range()].sort_unstable_by(upward);
         }
-        mask
+        Self {
+            entries,
+            columns,
+            is_sorted,
+            before: block.own.start - block.around.start,
+            own: block.own.len(),
+            row_step: dealt.row_step,
+        }
     }
 
-    /// The middle keys of the three rows of columns around the column `key`.
-    fn middles(&self, key: u64) -> [u64; 3] {
-        [key, key - self.row_step, key + self.row_step]
+    /// Hands on the rows that have `needed` entries, themselves among them, within the radius.
+    fn keep(&self, needed: usize, radius: Radius, keep: impl Fn(u32)) {
+        let mut from = [0; 3];
+        for column in &self.columns[self.before..][..self.own] {
+            let mut windows = self.windows(column, &mut from);
+            for entry in &self.entries[column.range()] {
+                let is_kept = match self.is_sorted {
+                    true => windows.hold(needed, entry.point, radius),
+                    false => windows.hold_anywhere(needed, entry.point, radius),
+                };
+                if is_kept {
+                    keep(entry.row);
+                }
+            }
+        }
     }
 
     /// The column itself and those around it; `from` follows along each of the three rows.
     fn windows(&self, column: &Column, from: &mut [usize; 3]) -> Windows<'_> {
         let mut windows = Windows::default();
-        windows.push(&self.entries[column.start..column.end]);
-        for (middle, from) in self.middles(column.key).into_iter().zip(from) {
+        windows.push(&self.entries[column.range()]);
+        let key = column.key;
+        for (middle, from) in [key, key - self.row_step, key + self.row_step].into_iter().zip(from)
+        {
             *from += self.columns[*from..].iter().take_while(|c| c.key + 1 < middle).count();
             let three = self.columns[*from..].iter().take_while(|c| c.key <= middle + 1);
-            for other in three.filter(|c| c.key != column.key) {
-                windows.push(&self.entries[other.start..other.end]);
+            for other in three.filter(|c| c.key != key) {
+                windows.push(&self.entries[other.range()]);
             }
         }
         windows
@@ -157,6 +151,20 @@ impl<'a> Windows<'a> {
         self.count += 1;
     }
 
+    /// The same where entries are in no order.
+    fn hold_anywhere(&self, needed: usize, p: Point, radius: Radius) -> bool {
+        let mut found = 0;
+        for window in &self.entries[..self.count] {
+            for entry in *window {
+                found += usize::from(square(&entry.point, &p) <= radius.square);
+                if found == needed {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
     /// Whether `needed` entries, `p` itself among them, lie within the radius of `p`.
     fn hold(&mut self, needed: usize, p: Point, radius: Radius) -> bool {
         poll(); // among points that are all within the radius this takes long
@@ -166,11 +174,10 @@ impl<'a> Windows<'a> {
                 *window = &window[1..];
             }
             for entry in *window {
-                let [dx, dy, dz]: Point = std::array::from_fn(|k| entry.point[k] - p[k]);
-                if dz > radius.reach {
+                if entry.point[2] - p[2] > radius.reach {
                     break;
                 }
-                found += usize::from(dx * dx + dy * dy + dz * dz <= radius.square);
+                found += usize::from(square(&entry.point, &p) <= radius.square);
                 if found == needed {
                     return true;
                 }
@@ -180,42 +187,10 @@ impl<'a> Windows<'a> {
     }
 }
 
-/// Each row's column, and the step between the keys of one column and the next in y.
-///
-/// An empty column stands at both ends of a row, so that rows do not touch.
-fn column_keys(points: &[Point], reach: f64, threads: usize) -> (Vec<Keyed>, u64) {
-    let zero = Bounds { min: [0.0; 3], max: [0.0; 3] };
-    let bounds = Bounds::of(points.iter().copied()).unwrap_or(zero);
-    let extent = bounds.extent();
-    let side = reach.max(extent[0].max(extent[1]) / MOST_COLUMNS);
-    let cell = |p: &Point, k: usize| ((p[k] - bounds.min[k]) / side) as i64 as u64 + 1; // by i64: faster
-    let row_step = (extent[0] / side) as u64 + 3;
-    (keyed_by(points, threads, |p| cell(p, 1) * row_step + cell(p, 0)), row_step)
-}
-
-fn columns_of(keyed: &[Keyed]) -> Vec<Column> {
-    let mut end = 0;
-    let runs = keyed.chunk_by(|a, b| a.key == b.key);
-    runs.polled()
-        .map(|run| {
-            end += run.len();
-            Column { key: run[0].key, start: end - run.len(), end }
-        })
-        .collect()
-}
-
-fn sort_upward(mut entries: &mut [Entry], columns: &[Column], threads: usize) {
-    let mut pieces = Vec::with_capacity(columns.len());
-    for column in columns.iter().polled() {
-        let (piece, rest) = entries.split_at_mut(column.end - column.start);
-        pieces.push(piece);
-        entries = rest;
-    }
-    fill_chunks(&mut pieces, CHUNK / 4, threads, |_, pieces| {
-        for piece in pieces {
-            piece.sort_unstable_by(|a, b| a.point[2].total_cmp(&b.point[2]));
-        }
-    });
+#[inline]
+fn square(p: &Point, q: &Point) -> f64 {
+    let [dx, dy, dz]: Point = std::array::from_fn(|k| p[k] - q[k]);
+    dx * dx + dy * dy + dz * dz
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Rows put in the order of integer keys.
 
-use crate::Point;
 use crate::cancel::{Polled, poll};
 use crate::parallel::fill_chunks;
+use crate::{Places, Point};
 
 /// A row of the input and the key it is sorted by.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -15,15 +15,17 @@ pub(crate) struct Keyed {
 const CHUNK: usize = 4096;
 
 /// Each row with the key of its point.
-pub(crate) fn keyed_by(
-    points: &[Point],
+pub(crate) fn keyed_by<'a>(
+    points: impl Into<Places<'a>>,
     threads: usize,
     key: impl Fn(&Point) -> u64 + Sync,
 ) -> Vec<Keyed> {
+    let points = points.into();
     let mut keyed = vec![Keyed::default(); points.len()];
     fill_chunks(&mut keyed, CHUNK, threads, |first, piece| {
-        for ((keyed, row), p) in piece.iter_mut().zip(first as u32..).zip(&points[first..]) {
-            *keyed = Keyed { key: key(p), row };
+        let places = points.within(first..first + piece.len());
+        for ((keyed, row), p) in piece.iter_mut().zip(first as u32..).zip(places) {
+            *keyed = Keyed { key: key(&p), row };
         }
     });
     keyed

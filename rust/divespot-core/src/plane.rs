@@ -8,7 +8,7 @@ use crate::fixed::Fixed;
 use crate::moments::Moments;
 use crate::parallel::map_chunks;
 use crate::sample::{mix, sample};
-use crate::{Bounds, Point, thread_count};
+use crate::{Bounds, Places, Point, thread_count};
 
 /// Hypotheses are scored on this many points, drawn once: the score's standard error is under one
 /// per cent of the points, and the sample stays in the cache.
@@ -104,24 +104,25 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
 }
 
 /// The points that hypotheses are scored on.
-pub(crate) fn scored(points: &[Point], settings: &Settings) -> Vec<Point> {
+pub(crate) fn scored<'a>(points: impl Into<Places<'a>>, settings: &Settings) -> Vec<Point> {
     sample(points, SCORED, settings.seed, settings.threads)
 }
 
 /// Refits a plane until its inliers stay the same, or it would leave the cone: to the few points
 /// scored first, which leaves little to settle on all of them.
-pub(crate) fn settled(
-    points: &[Point],
+pub(crate) fn settled<'a>(
+    points: impl Into<Places<'a>>,
     scored: &[Point],
     plane: Plane,
     settings: &Settings,
 ) -> Plane {
-    let fixed =
-        Fixed::new(Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest()), points.len());
-    settle(points, settle(scored, plane, fixed, settings), fixed, settings)
+    let points = points.into();
+    let bounds = Bounds::of_all(points, thread_count(settings.threads));
+    let fixed = Fixed::new(bounds.map_or(0.0, |b| b.largest()), points.len());
+    settle(points, settle(scored.into(), plane, fixed, settings), fixed, settings)
 }
 
-fn settle(points: &[Point], mut plane: Plane, fixed: Fixed, settings: &Settings) -> Plane {
+fn settle(points: Places<'_>, mut plane: Plane, fixed: Fixed, settings: &Settings) -> Plane {
     for _ in 0..REFITS {
         let Some(next) = refit(points, &plane, fixed, settings) else { break };
         let settled = next.inliers == plane.inliers;
@@ -211,10 +212,10 @@ fn msac(drawn: &[Point], plane: &Plane, threshold_m: f64, bound: f64) -> f64 {
 }
 
 /// The least-squares plane of all points near `plane`; `None` where the fit leaves the cone.
-fn refit(points: &[Point], plane: &Plane, fixed: Fixed, settings: &Settings) -> Option<Plane> {
-    let near = |p: &&Point| plane.height(p).abs() <= settings.threshold_m;
+fn refit(points: Places<'_>, plane: &Plane, fixed: Fixed, settings: &Settings) -> Option<Plane> {
+    let near = |p: &Point| plane.height(p).abs() <= settings.threshold_m;
     let parts = map_chunks(points.len(), CHUNK, thread_count(settings.threads), |range| {
-        Moments::of(points[range].iter().filter(near), fixed)
+        Moments::of(points.within(range).filter(near), fixed)
     });
     let moments = parts.iter().fold(Moments::default(), Moments::merge);
     let (normal, variance) = moments.flattest(fixed)?;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 use crate::error::{Error, Result};
 use crate::parallel::{fill_chunks, map_chunks};
-use crate::{Bounds, Point, thread_count};
+use crate::{Bounds, Places, Point, thread_count};
 
 const CHUNK: usize = 1 << 14;
 /// Sine of an angle to the z axis below which there is no turn to make.
@@ -64,9 +64,15 @@ pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
 /// assert!(((laid[1][0] - laid[0][0]).abs() - 2.0).abs() < 1e-12, "the longer side is along x");
 /// # Ok::<(), divespot_core::Error>(())
 /// ```
-pub fn leveling(points: &[Point], normal: Point, threads: usize) -> Result<Rotation> {
+pub fn leveling<'a>(
+    points: impl Into<Places<'a>>,
+    normal: Point,
+    threads: usize,
+) -> Result<Rotation> {
+    let points = points.into();
     let upright = rotation_to_z(normal)?;
-    let along = align_to_rectangle(&rotate(points, &upright, threads), threads);
+    let turned = |row: usize| times(&upright, &points.at(row));
+    let along = align_to_rectangle(points.len(), turned, threads);
     let column = |k: usize| upright.map(|row| row[k]);
     let dot = |a: Point, b: Point| (0..3).map(|k| a[k] * b[k]).sum();
     Ok(std::array::from_fn(|r| std::array::from_fn(|c| dot(along[r], column(c)))))
@@ -77,8 +83,12 @@ pub fn leveling(points: &[Point], normal: Point, threads: usize) -> Result<Rotat
 ///
 /// Any grid may lie at any angle; this one turns with the scan, so a turned scan gets the same
 /// cells and the same volume.
-fn align_to_rectangle(points: &[Point], threads: usize) -> Rotation {
-    let hull = convex_hull(points, thread_count(threads));
+fn align_to_rectangle(
+    count: usize,
+    point: impl Fn(usize) -> Point + Sync,
+    threads: usize,
+) -> Rotation {
+    let hull = hull_of(count, point, thread_count(threads));
     let edges = hull.iter().zip(hull.iter().cycle().skip(1));
     let boxes = edges.map(|(a, b)| enclosing(&hull, libm::atan2(b[1] - a[1], b[0] - a[0])));
     let smallest = boxes.min_by(|a, b| a.area.total_cmp(&b.area));
@@ -97,11 +107,31 @@ pub(crate) fn hull_area(points: &[Point]) -> f64 {
 #[must_use]
 pub fn rotate(points: &[Point], rotation: &Rotation, threads: usize) -> Vec<Point> {
     let mut out = points.to_vec();
-    let dot = |row: &[f64; 3], p: &Point| row[0] * p[0] + row[1] * p[1] + row[2] * p[2];
     fill_chunks(&mut out, CHUNK, thread_count(threads), |_, piece| {
-        piece.iter_mut().for_each(|p| *p = std::array::from_fn(|k| dot(&rotation[k], p)));
+        piece.iter_mut().for_each(|p| *p = times(rotation, p));
     });
     out
+}
+
+/// Turns points about an origin near them, which is turned itself, and lowers them by an offset.
+pub fn level(
+    points: &mut [Point],
+    origin: Point,
+    rotation: &Rotation,
+    offset_m: f64,
+    threads: usize,
+) {
+    let [x, y, z] = times(rotation, &origin);
+    fill_chunks(points, CHUNK, thread_count(threads), |_, piece| {
+        for p in piece {
+            let turned = times(rotation, &std::array::from_fn(|k| p[k] - origin[k]));
+            *p = [turned[0] + x, turned[1] + y, turned[2] + z - offset_m];
+        }
+    });
+}
+
+fn times(rotation: &Rotation, p: &Point) -> Point {
+    rotation.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2])
 }
 
 struct Rectangle {
@@ -119,7 +149,11 @@ fn enclosing(hull: &[[f64; 2]], angle_rad: f64) -> Rectangle {
 
 /// The convex hull in plan, counter-clockwise (Andrew's monotone chain).
 pub(crate) fn convex_hull(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
-    let mut plan = outer(points, threads);
+    hull_of(points.len(), |row| points[row], threads)
+}
+
+fn hull_of(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
+    let mut plan = outer(count, point, threads);
     plan.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     plan.dedup();
     let mut hull = chain(plan.iter());
@@ -145,8 +179,8 @@ fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
 }
 
 /// The points that can be on the hull: none inside the octagon of the outermost points is.
-fn outer(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
-    let mut corners = farthest(points, threads);
+fn outer(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
+    let mut corners = farthest(count, &point, threads);
     corners.dedup(); // a side of no length has no inside
     if corners.len() > 1 && corners.first() == corners.last() {
         corners.pop();
@@ -154,15 +188,18 @@ fn outer(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
     let sides: Vec<_> =
         corners.iter().copied().zip(corners.iter().copied().cycle().skip(1)).collect();
     let inside = |p: [f64; 2]| sides.iter().all(|&(a, b)| turns_left(a, b, p));
-    let outside = map_chunks(points.len(), CHUNK, threads, |range| {
-        points[range].iter().map(|p| [p[0], p[1]]).filter(|&p| !inside(p)).collect::<Vec<_>>()
+    let outside = map_chunks(count, CHUNK, threads, |range| {
+        let plan = range.map(&point).map(|[x, y, _]| [x, y]);
+        plan.filter(|&p| !inside(p)).collect::<Vec<_>>()
     });
     outside.concat()
 }
 
 /// The points that lie farthest in eight directions, counter-clockwise from +x.
-fn farthest(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
-    let parts = map_chunks(points.len(), CHUNK, threads, |range| Farthest::of(&points[range]));
+fn farthest(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
+    let parts = map_chunks(count, CHUNK, threads, |range| {
+        range.map(&point).map(Farthest::one).reduce(Farthest::or)
+    });
     parts.into_iter().flatten().reduce(Farthest::or).map_or(Vec::new(), |all| all.places.to_vec())
 }
 
@@ -173,11 +210,7 @@ struct Farthest {
 }
 
 impl Farthest {
-    fn of(points: &[Point]) -> Option<Self> {
-        points.iter().map(Self::one).reduce(Self::or)
-    }
-
-    fn one(&[x, y, _]: &Point) -> Self {
+    fn one([x, y, _]: Point) -> Self {
         let [a, b, c, d] = [x, x + y, y, y - x];
         Self { along: [a, b, c, d, -a, -b, -c, -d], places: [[x, y]; 8] }
     }
@@ -200,6 +233,10 @@ fn rows(matrix: &Matrix3<f64>) -> Rotation {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn aligned(points: &[Point]) -> Rotation {
+        align_to_rectangle(points.len(), |row| points[row], 1)
+    }
 
     fn near(a: Point, b: Point) -> bool {
         a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-12)
@@ -235,11 +272,8 @@ mod tests {
             (0..600).map(|i| [f64::from(i % 30), f64::from(i / 30), 1.0]).collect();
         for angle in [0.0, 0.4, 1.5, 3.0] {
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
-            let laid = rotate(
-                &rotate(&grid, &rows(turn.matrix()), 1),
-                &align_to_rectangle(&rotate(&grid, &rows(turn.matrix()), 1), 1),
-                1,
-            );
+            let turned = rotate(&grid, &rows(turn.matrix()), 1);
+            let laid = rotate(&turned, &aligned(&turned), 1);
             let [width, depth, _] = Bounds::of(laid).unwrap().extent();
             assert!((width - 29.0).abs() < 1e-9 && (depth - 19.0).abs() < 1e-9, "{angle}");
         }
@@ -249,15 +283,15 @@ mod tests {
     fn few_points_are_left_for_the_hull() {
         let disc = (0..10_000).map(f64::from).map(|i| (i, i.sqrt() / 100.0));
         let points: Vec<Point> = disc.map(|(i, r)| [r * i.cos(), r * i.sin(), 0.0]).collect();
-        let outer = outer(&points, 2).len();
+        let outer = outer(points.len(), |row| points[row], 2).len();
         assert!((8..1500).contains(&outer), "{outer}");
     }
 
     #[test]
     fn points_on_a_line_or_none_are_no_trap() {
         let line: Vec<Point> = (0..9).map(|i| [f64::from(i), f64::from(i), 0.0]).collect();
-        let extent = Bounds::of(rotate(&line, &align_to_rectangle(&line, 1), 1)).unwrap().extent();
+        let extent = Bounds::of(rotate(&line, &aligned(&line), 1)).unwrap().extent();
         assert!(extent[1] < 1e-12 && extent[0] > 11.0);
-        assert_eq!(align_to_rectangle(&[], 1), align_to_rectangle(&[[3.0; 3]], 1));
+        assert_eq!(aligned(&[]), aligned(&[[3.0; 3]]));
     }
 }

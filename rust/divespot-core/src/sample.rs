@@ -1,9 +1,9 @@
 //! Random draws that depend on a seed and on the points, never on their order.
 
 use crate::fixed::Fixed;
-use crate::moments::Moments;
+use crate::moments::Spread;
 use crate::parallel::map_chunks;
-use crate::{Bounds, Point, thread_count};
+use crate::{Bounds, Places, Point, thread_count};
 
 /// A 64-bit mix of good quality (the finaliser of SplitMix64).
 #[must_use]
@@ -38,28 +38,34 @@ const SHELLS: f64 = (1u64 << 20) as f64;
 /// assert_eq!(drawn, sample(&reversed, 10, 7, 0));
 /// ```
 #[must_use]
-pub fn sample(points: &[Point], count: usize, seed: u64, threads: usize) -> Vec<Point> {
+pub fn sample<'a>(
+    points: impl Into<Places<'a>>,
+    count: usize,
+    seed: u64,
+    threads: usize,
+) -> Vec<Point> {
+    let points = points.into();
     let mut drawn = lowest(points, count, seed, thread_count(threads));
     let by_place = |a: &u32, b: &u32| {
-        let (p, q) = (points[*a as usize], points[*b as usize]);
+        let (p, q) = (points.at(*a as usize), points.at(*b as usize));
         p.partial_cmp(&q).unwrap_or(std::cmp::Ordering::Equal)
     };
     drawn.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| by_place(&a.1, &b.1)));
     drawn.truncate(count);
-    drawn.into_iter().map(|(_, i)| points[i as usize]).collect()
+    drawn.into_iter().map(|(_, i)| points.at(i as usize)).collect()
 }
 
 /// The points with the `count` lowest keys and few more, each as its key and index.
 ///
 /// Keys are spread evenly, so a bound a little above the expected one leaves little to sort.
-fn lowest(points: &[Point], count: usize, seed: u64, threads: usize) -> Vec<(u64, u32)> {
+fn lowest(points: Places<'_>, count: usize, seed: u64, threads: usize) -> Vec<(u64, u32)> {
     let Some(shells) = Shells::around(points, threads) else { return Vec::new() };
     let seed = mix(seed);
     let mut share = 1.2 * (count as f64 + 50.0) / points.len() as f64;
     loop {
         let bound = (share * u64::MAX as f64) as u64; // saturates at the largest key
         let below = map_chunks(points.len(), CHUNK, threads, |range| {
-            let keys = points[range.clone()].iter().map(|p| mix(seed ^ shells.of(p)));
+            let keys = points.within(range.clone()).map(|p| mix(seed ^ shells.of(&p)));
             let keyed = keys.zip(range.start as u32..);
             keyed.filter(|&(key, _)| key <= bound).collect::<Vec<_>>()
         });
@@ -77,12 +83,12 @@ struct Shells {
 }
 
 impl Shells {
-    fn around(points: &[Point], threads: usize) -> Option<Self> {
-        let largest = Bounds::of(points.iter().copied())?.largest();
+    fn around(points: Places<'_>, threads: usize) -> Option<Self> {
+        let largest = Bounds::of_all(points, threads)?.largest();
         let fixed = Fixed::new(largest, points.len());
-        let moments = Moments::of_all(points, fixed, threads);
-        let per_metre = SHELLS / moments.spread(fixed).max(f64::MIN_POSITIVE);
-        Some(Self { middle: moments.mean(fixed).into(), per_metre })
+        let spread = Spread::of_all(points, fixed, threads);
+        let per_metre = SHELLS / spread.root_mean_square(fixed).max(f64::MIN_POSITIVE);
+        Some(Self { middle: spread.mean(fixed), per_metre })
     }
 
     #[inline]

@@ -117,7 +117,7 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
         });
     }
     let threads = thread_count(threads);
-    let largest = || Bounds::of(points.iter().copied()).map_or(0.0, |b| b.largest());
+    let largest = || Bounds::of_all(points, threads).map_or(0.0, |b| b.largest());
     let draw = || (Fixed::new(largest(), 32), sample(points, SURVEYED, seed, threads));
     let (tree, (fixed, asked)) = both(threads, || Tree::new(points, LEAF, threads), draw);
     let look = |p: &Point| look(*p, &tree.nearest(p, NEIGHBORS), fixed);

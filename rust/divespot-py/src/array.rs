@@ -5,7 +5,9 @@
 use std::ops::Deref;
 
 use numpy::ndarray::{Dimension, Ix1, Ix2};
-use numpy::{Element, PyArray, PyArrayMethods, PyReadonlyArray, PyUntypedArrayMethods};
+use numpy::{
+    Element, PyArray, PyArrayMethods, PyReadonlyArray, PyReadwriteArray2, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
 /// As `ReadonlyArray`, of one dimension.
@@ -13,6 +15,9 @@ pub(crate) type ReadonlyArray1<'py, T> = ReadonlyArray<'py, T, Ix1>;
 
 /// As `ReadonlyArray`, of two dimensions.
 pub(crate) type ReadonlyArray2<'py, T> = ReadonlyArray<'py, T, Ix2>;
+
+/// An array that a kernel writes to.
+pub(crate) type WritableArray2<'py, T> = PyReadwriteArray2<'py, T>;
 
 /// An array as Python passed it where a view of it is sound, else a copy.
 ///

@@ -7,7 +7,7 @@ use crate::array::ReadonlyArray2;
 use crate::errors::DivespotError;
 use crate::interrupt::{attempted, detached};
 use crate::plane::{PlaneParts, parts, settings};
-use crate::points::{Rows, cloud, restored, rows};
+use crate::points::{Near, Rows, need, restored, rows};
 
 /// Spacing, whether it is regular, roughness, places and normals, and spacing where points are few.
 type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>, f64);
@@ -18,12 +18,14 @@ pub(crate) fn survey<'py>(
     points: &Bound<'py, PyAny>,
     seed: u64,
     threads: usize,
+    own: bool,
 ) -> PyResult<Surveyed<'py>> {
-    let (cloud, _) = cloud(points, threads)?;
-    let survey = attempted(py, || divespot_core::survey::survey(&cloud.points, seed, threads))?;
+    let near = Near::of(points, own, threads, need::COPY)?;
+    let points = &*near.points();
+    let survey = attempted(py, || divespot_core::survey::survey(points, seed, threads))?;
     let (at, normals): (Vec<Point>, Vec<Point>) =
         survey.normals.into_iter().map(|n| (n.at, n.normal)).unzip();
-    let at = rows(py, restored(cloud.origin, at))?;
+    let at = rows(py, restored(near.origin(), at))?;
     let normals = rows(py, normals)?;
     Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, normals, survey.sparse_m))
 }
@@ -46,18 +48,19 @@ pub(crate) fn find_ground(
     seed: u64,
     threads: usize,
 ) -> PyResult<GroundParts> {
-    let (cloud, _) = cloud(points, threads)?;
+    let near = Near::of(points, true, threads, need::COPY)?;
+    let (points, origin) = (near.places(), near.origin());
     let (at, normals) = (at.as_array(), normals.as_array());
     let normal = |i: usize| Normal {
-        at: std::array::from_fn(|k| at[[i, k]] - cloud.origin[k]),
+        at: std::array::from_fn(|k| at[[i, k]] - origin[k]),
         normal: std::array::from_fn(|k| normals[[i, k]]),
     };
     let normals: Vec<Normal> = (0..normals.nrows()).map(normal).collect();
-    let sensor = sensor.map(|s| std::array::from_fn(|k| s[k] - cloud.origin[k]));
+    let sensor = sensor.map(|s| std::array::from_fn(|k| s[k] - origin[k]));
     let frame = Frame { sensor, z: axis(z)? };
     let settings = settings(threshold_m, hypotheses, cone, seed, threads);
-    let ground = attempted(py, || ground::find_ground(&cloud.points, &normals, &settings, frame))?;
-    Ok((parts(&ground.plane, cloud.origin), reason(ground.up), ground.doubted))
+    let ground = attempted(py, || ground::find_ground(points, &normals, &settings, frame))?;
+    Ok((parts(&ground.plane, origin), reason(ground.up), ground.doubted))
 }
 
 fn axis(name: &str) -> PyResult<Axis> {
@@ -85,8 +88,9 @@ pub(crate) fn leveling<'py>(
     normal: Point,
     threads: usize,
 ) -> PyResult<Rows<'py>> {
-    let (cloud, _) = cloud(points, threads)?;
-    let rotation = attempted(py, || pose::leveling(&cloud.points, normal, threads))?;
+    let near = Near::of(points, true, threads, need::COPY)?;
+    let points = near.places();
+    let rotation = attempted(py, || pose::leveling(points, normal, threads))?;
     rows(py, rotation.to_vec())
 }
 
@@ -98,7 +102,8 @@ pub(crate) fn unevenness_of_rays(
     seed: u64,
     threads: usize,
 ) -> PyResult<Option<f64>> {
-    let (cloud, _) = cloud(points, threads)?;
-    let place = std::array::from_fn(|k| place[k] - cloud.origin[k]);
-    detached(py, || sensor::unevenness_of_rays(&cloud.points, place, seed, threads))
+    let near = Near::of(points, true, threads, need::COPY)?;
+    let (points, origin) = (&*near.points(), near.origin());
+    let place = std::array::from_fn(|k| place[k] - origin[k]);
+    detached(py, || sensor::unevenness_of_rays(points, place, seed, threads))
 }

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use crate::array::ReadonlyArray1;
 use crate::errors::{DivespotError, raise};
 use crate::interrupt::attempted;
-use crate::points::{cloud_for, need};
+use crate::points::{Near, need};
 
 /// A height map as arrays of shape (rows, columns).
 #[pyclass(frozen, get_all)]
@@ -16,28 +16,37 @@ pub(crate) struct RawHeightMap {
 }
 
 #[pyfunction]
-pub(crate) fn height_map(
-    py: Python<'_>,
-    points: &Bound<'_, PyAny>,
+#[allow(clippy::too_many_arguments)] // the kernel's, and whose the points are
+pub(crate) fn height_map<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
     cell_m: f64,
     triangulated: bool,
     mask: Option<ReadonlyArray1<'_, bool>>,
+    threads: usize,
+    own: bool,
 ) -> PyResult<RawHeightMap> {
     let bytes = if triangulated { need::TRIANGLES } else { need::COPY };
-    let (mut cloud, count) = cloud_for(points, 1, bytes)?;
-    let all = heightmap::bounds(&cloud.points).map_err(raise)?;
-    if let Some(mask) = mask {
-        let mask = mask.as_array();
-        if mask.len() != count || cloud.points.len() != count {
-            return Err(DivespotError::new_err("one value of the mask for each point is needed"));
-        }
-        let mut kept = mask.iter();
-        cloud.points.retain(|_| kept.next().copied().unwrap_or(false));
+    let near = Near::of(points, own, threads, bytes)?;
+    let points = near.places();
+    let all = heightmap::bounds(points).map_err(raise)?;
+    let marks = mask.as_ref().map(|mask| mask.as_slice()).transpose()?;
+    if marks.is_some_and(|marks| marks.len() != near.count() || points.len() != near.count()) {
+        return Err(DivespotError::new_err("one value of the mask for each point is needed"));
     }
-    let make = if triangulated { tin::height_map_within } else { heightmap::height_map_within };
-    let map = attempted(py, || make(&cloud.points, &all, cell_m))?;
+    let map = attempted(py, || {
+        if !triangulated {
+            return heightmap::height_map_of(points, marks, &all, cell_m, threads);
+        }
+        let mut kept = points.to_vec();
+        if let Some(marks) = marks {
+            let mut marks = marks.iter();
+            kept.retain(|_| marks.next().copied().unwrap_or(false));
+        }
+        tin::height_map_within(&kept, &all, cell_m)
+    })?;
     let shape = [map.grid.rows, map.grid.columns];
-    let [x, y, z] = cloud.origin;
+    let [x, y, z] = near.origin();
     let heights = map.heights_m.into_iter().map(|h| h + z).collect::<Vec<_>>();
     Ok(RawHeightMap {
         heights_m: heights.into_pyarray(py).reshape(shape)?.unbind(),

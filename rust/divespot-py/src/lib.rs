@@ -43,13 +43,13 @@ mod _native {
     #[pymodule_export]
     use crate::piles::{RawObject, measure_difference, measure_inside, measure_objects, pieces};
     #[pymodule_export]
-    use crate::plane::{fit_plane, rotate, rotation_to_z};
+    use crate::plane::{fit_plane, level, rotation_to_z};
     #[pymodule_export]
-    use crate::points::seen;
+    use crate::points::{outermost, seen};
     #[pymodule_export]
     use crate::polygon::{first_crossing, inside};
     #[pymodule_export]
-    use crate::surface::{hills, surface_and_voxels};
+    use crate::surface::{hills, surface_and_clusters};
     #[pymodule_export]
     use crate::voxel::voxel_downsample;
 

@@ -2,7 +2,7 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
 use crate::interrupt::{attempted, detached};
-use crate::points::{Column, cloud_for, need};
+use crate::points::{Column, Near, cloud_for, need};
 
 #[pyfunction]
 pub(crate) fn radius_outlier_mask<'py>(
@@ -11,13 +11,14 @@ pub(crate) fn radius_outlier_mask<'py>(
     radius_m: f64,
     min_neighbors: usize,
     threads: usize,
+    own: bool,
 ) -> PyResult<Column<'py, bool>> {
-    let (cloud, count) = cloud_for(points, threads, need::NEIGHBORS)?;
+    let near = Near::of(points, own, threads, need::NEIGHBORS)?;
+    let points = &*near.points();
     let mask = attempted(py, || {
-        divespot_core::radius_outlier_mask(&cloud.points, radius_m, min_neighbors, threads)
-            .map(|mask| cloud.spread(mask, false, count))
+        divespot_core::radius_outlier_mask(points, radius_m, min_neighbors, threads)
     })?;
-    Ok(mask.into_pyarray(py))
+    Ok(near.spread(mask, false).into_pyarray(py))
 }
 
 #[pyfunction]

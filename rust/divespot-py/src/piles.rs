@@ -1,5 +1,7 @@
 use divespot_core::heightmap::Grid;
-use divespot_core::piles::{self, Base, Found, Kind, Object, Reason, Region, Seen, Settings};
+use divespot_core::piles::{
+    self, Base, Found, Kind, Marked, Object, Reason, Region, Seen, Settings,
+};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -195,26 +197,26 @@ pub(crate) fn measure_objects<'py>(
     measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
 }
 
-fn found(
+/// Nobody else holds the points, which are borrowed.
+fn found<'a>(
     labels: &ReadonlyArray1<'_, i32>,
     ground: &ReadonlyArray1<'_, bool>,
-    points: &ReadonlyArray2<'_, f64>,
-    is_on: &ReadonlyArray1<'_, bool>,
+    points: &'a ReadonlyArray2<'_, f64>,
+    is_on: &'a ReadonlyArray1<'_, bool>,
     is_apart: &ReadonlyArray1<'_, bool>,
-) -> PyResult<Found> {
+) -> PyResult<Found<'a>> {
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground: Vec<bool> = ground.as_array().iter().copied().collect();
     let all = points.as_slice()?.as_chunks::<3>().0;
-    let (mut surface, mut loose, mut apart) = (Vec::with_capacity(all.len()), vec![], vec![]);
-    for ((p, is_on), is_apart) in all.iter().zip(is_on.as_array()).zip(is_apart.as_array()) {
-        if *is_on {
-            surface.push(*p);
-        } else {
-            loose.push(*p);
-            apart.push(*is_apart);
-        }
+    let is_on = is_on.as_slice()?;
+    let (mut loose, mut apart) = (vec![], vec![]);
+    for ((p, _), is_apart) in
+        all.iter().zip(is_on).zip(is_apart.as_array()).filter(|((_, is_on), _)| !**is_on)
+    {
+        loose.push(*p);
+        apart.push(*is_apart);
     }
-    Ok(Found { labels, ground, surface, loose, apart })
+    Ok(Found { labels, ground, surface: Marked::among(all, is_on), loose, apart })
 }
 
 /// Heights, points in each cell, and points off the surface.

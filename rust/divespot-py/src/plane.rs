@@ -1,11 +1,13 @@
-use divespot_core::Point;
+use divespot_core::cloud::Outermost;
 use divespot_core::plane::{self, Cone, Settings};
+use divespot_core::{Point, pose};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
+use crate::array::WritableArray2;
 use crate::errors::raise;
 use crate::interrupt::{attempted, detached};
-use crate::points::{cloud, restored, rows};
+use crate::points::cloud;
 
 /// Normal, offset, inliers and their root mean square distance.
 pub(crate) type PlaneParts = ((f64, f64, f64), f64, usize, f64);
@@ -45,20 +47,23 @@ pub(crate) fn settings(
 
 #[pyfunction]
 pub(crate) fn rotation_to_z(py: Python<'_>, normal: Point) -> PyResult<Bound<'_, PyArray2<f64>>> {
-    matrix(py, divespot_core::pose::rotation_to_z(normal).map_err(raise)?)
+    matrix(py, pose::rotation_to_z(normal).map_err(raise)?)
 }
 
+/// Turns points, and lowers them by an offset: of an array that nobody else holds.
 #[pyfunction]
-pub(crate) fn rotate<'py>(
-    py: Python<'py>,
-    points: &Bound<'py, PyAny>,
+pub(crate) fn level(
+    py: Python<'_>,
+    mut points: WritableArray2<'_, f64>,
     rotation: [[f64; 3]; 3],
+    offset_m: f64,
     threads: usize,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (cloud, _) = cloud(points, threads)?;
-    let origin = divespot_core::pose::rotate(&[cloud.origin], &rotation, 1)[0];
-    let turned = detached(py, || divespot_core::pose::rotate(&cloud.points, &rotation, threads))?;
-    rows(py, restored(origin, turned))
+) -> PyResult<()> {
+    let points = points.as_slice_mut()?.as_chunks_mut::<3>().0;
+    detached(py, || {
+        let low = Outermost::of(points.len(), threads, |row| points[row]).low;
+        pose::level(points, low, &rotation, offset_m, threads);
+    })
 }
 
 fn matrix(py: Python<'_>, rows: [[f64; 3]; 3]) -> PyResult<Bound<'_, PyArray2<f64>>> {

@@ -1,6 +1,9 @@
 //! NumPy arrays in and out.
 
-use divespot_core::{Cloud, Point, memory_for};
+use std::borrow::Cow;
+
+use divespot_core::cloud::Outermost;
+use divespot_core::{Bounds, Cloud, Places, Point, memory_for};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -74,13 +77,89 @@ pub(crate) fn cloud_for(
     Ok((cloud, count))
 }
 
+/// Finite points near an origin: a copy, or an array that nobody else holds, as it is.
+pub(crate) struct Near<'py> {
+    array: Option<ReadonlyArray2<'py, f64>>,
+    cloud: Cloud,
+    count: usize,
+}
+
+impl<'py> Near<'py> {
+    /// As `cloud_for`; `own` promises that no other thread of the interpreter can write to `points`.
+    pub(crate) fn of(
+        points: &Bound<'py, PyAny>,
+        own: bool,
+        threads: usize,
+        bytes: usize,
+    ) -> PyResult<Self> {
+        reserve(points, bytes)?;
+        if let Some(array) = own.then(|| points.extract().ok()).flatten()
+            && let Some(empty) = empty_about(&array, threads)
+        {
+            check_extent(&empty)?;
+            return Ok(Self { count: array.as_array().nrows(), array: Some(array), cloud: empty });
+        }
+        let (cloud, count) = cloud_for(points, threads, bytes)?;
+        Ok(Self { array: None, cloud, count })
+    }
+
+    /// The points as seen from the origin.
+    pub(crate) fn places(&self) -> Places<'_> {
+        match self.array.as_ref().and_then(flat) {
+            Some(points) => Places::about(points, self.cloud.origin),
+            None => Places::from(&self.cloud.points),
+        }
+    }
+
+    /// The same in a row; copied where they lie about another origin.
+    pub(crate) fn points(&self) -> Cow<'_, [Point]> {
+        match self.array.as_ref().and_then(flat) {
+            None => Cow::Borrowed(&self.cloud.points),
+            Some(points) if self.cloud.origin == [0.0; 3] => Cow::Borrowed(points),
+            Some(_) => Cow::Owned(self.places().to_vec()),
+        }
+    }
+
+    pub(crate) fn origin(&self) -> Point {
+        self.cloud.origin
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// As `Cloud::spread`.
+    pub(crate) fn spread<T: Copy>(&self, values: Vec<T>, missing: T) -> Vec<T> {
+        self.cloud.spread(values, missing, self.count)
+    }
+}
+
+/// The points of an array without strides.
+fn flat<'a>(array: &'a ReadonlyArray2<'_, f64>) -> Option<&'a [Point]> {
+    let values = array.as_slice().ok().filter(|_| array.as_array().ncols() == 3)?;
+    Some(values.as_chunks::<3>().0)
+}
+
+/// A cloud with the origin and the extent of an array's points, none of which is not finite, but
+/// without them.
+fn empty_about(array: &ReadonlyArray2<'_, f64>, threads: usize) -> Option<Cloud> {
+    let points = flat(array)?;
+    let bounds = Bounds::of_finite(points, threads)?;
+    let (origin, extent_m) = (bounds.min, bounds.extent());
+    Some(Cloud { origin, extent_m, points: Vec::new(), rows: None })
+}
+
 /// As `cloud_for`, for kernels that hold little more than a copy.
 pub(crate) fn cloud(points: &Bound<'_, PyAny>, threads: usize) -> PyResult<(Cloud, usize)> {
     cloud_for(points, threads, need::COPY)
 }
 
-/// Points near their origin, the origin, and the numbers of non-finite and of zero rows.
-type SeenParts<'py> = (Rows<'py>, (f64, f64, f64), usize, usize);
+/// A place as a tuple.
+type Place = (f64, f64, f64);
+
+/// Points near their origin, the origin, the highest corner of their box as seen from there, and the
+/// numbers of non-finite and of zero rows.
+type SeenParts<'py> = (Rows<'py>, Place, Place, usize, usize);
 
 #[pyfunction]
 pub(crate) fn seen<'py>(
@@ -91,8 +170,18 @@ pub(crate) fn seen<'py>(
     reserve(points, need::COPY)?;
     let (seen, _) = copied!(points, threads, Cloud::seen).ok_or_else(|| wrong_array(points))?;
     check_extent(&seen.cloud)?;
-    let origin = seen.cloud.origin.into();
-    Ok((rows(py, seen.cloud.points)?, origin, seen.nonfinite, seen.zero))
+    let (origin, extent_m) = (seen.cloud.origin.into(), seen.cloud.extent_m.into());
+    Ok((rows(py, seen.cloud.points)?, origin, extent_m, seen.nonfinite, seen.zero))
+}
+
+/// The lowest and the highest coordinates, and how many points share the lowest and the highest z.
+#[pyfunction]
+pub(crate) fn outermost(
+    points: &Bound<'_, PyAny>,
+    threads: usize,
+) -> PyResult<(Place, Place, usize, usize)> {
+    let (found, _) = copied!(points, threads, Outermost::of).ok_or_else(|| wrong_array(points))?;
+    Ok((found.low.into(), found.high.into(), found.lowest, found.highest))
 }
 
 fn wrong_array(points: &Bound<'_, PyAny>) -> PyErr {

@@ -1,39 +1,72 @@
-use divespot_core::both;
+use divespot_core::hdbscan::{Selection, Settings, hdbscan};
 use divespot_core::surface::{self, Hills};
 use divespot_core::voxel::voxels_and_rows;
+use divespot_core::{Cloud, Point, both};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
 use crate::interrupt::attempted;
 use crate::piles::Map;
-use crate::points::{Column, Rows, cloud_for, need, restored, rows};
+use crate::points::{Column, Near, Rows, need, restored, rows};
 
 /// Means of voxels, points in each, and the voxel of each point.
 type VoxelParts<'py> = (Rows<'py>, Column<'py, u32>, Column<'py, u32>);
 
-/// Which points lie on the surface that can be walked from the ground, or from anywhere; and the
-/// points thinned to voxels, side by side.
+/// Fewest points of a cluster, the neighbour whose distance is the core distance, and the distance
+/// below which clusters are not split.
+type Clustering = (usize, usize, f64);
+
+/// Which points lie on the surface that can be walked from the ground, or from anywhere; and side by
+/// side with that the points thinned to voxels, and where wanted the clusters of their means.
 #[pyfunction]
-pub(crate) fn surface_and_voxels<'py>(
+#[allow(clippy::too_many_arguments)] // the walk's, the voxels' and the clusters'
+pub(crate) fn surface_and_clusters<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
     cell_m: f64,
     noise_m: f64,
     anywhere: bool,
     voxel_m: f64,
+    clustering: Option<Clustering>,
     threads: usize,
-) -> PyResult<(Column<'py, bool>, VoxelParts<'py>)> {
-    let (cloud, _) = cloud_for(points, threads, need::VOXELS)?;
-    let walk = || surface::surface_points(&cloud.points, cell_m, noise_m, anywhere);
-    let thin = || voxels_and_rows(&cloud.points, voxel_m, threads);
-    let (mask, (voxels, of)) = attempted(py, || {
-        let (mask, voxels) = both(threads, walk, thin);
-        Ok((mask?, voxels?))
+) -> PyResult<(Column<'py, bool>, VoxelParts<'py>, Option<Column<'py, i32>>)> {
+    let near = Near::of(points, true, threads, need::VOXELS)?;
+    let (points, origin) = (near.places(), near.origin());
+    let walk = || surface::surface_points(points, cell_m, noise_m, anywhere);
+    let thin = || {
+        let (mut voxels, of) = voxels_and_rows(points, voxel_m, threads)?;
+        voxels.means = restored(origin, voxels.means);
+        let labels = clustering.map(|c| clusters(&voxels.means, c, threads)).transpose()?;
+        Ok((voxels, of, labels))
+    };
+    let (mask, (voxels, of, labels)) = attempted(py, || {
+        let (mask, clusters) = both(threads, walk, thin);
+        Ok((mask?, clusters?))
     })?;
-    let means = rows(py, restored(cloud.origin, voxels.means))?;
-    let parts = (means, voxels.counts.into_pyarray(py), of.into_pyarray(py));
-    Ok((mask.into_pyarray(py), parts))
+    let parts = (rows(py, voxels.means)?, voxels.counts.into_pyarray(py), of.into_pyarray(py));
+    Ok((mask.into_pyarray(py), parts, labels.map(|labels| labels.into_pyarray(py))))
+}
+
+/// The clusters of points that hang together with gaps below a distance, also where it is one.
+fn clusters(
+    points: &[Point],
+    (min_cluster_size, min_samples, cluster_selection_epsilon): Clustering,
+    threads: usize,
+) -> divespot_core::Result<Vec<i32>> {
+    if points.len() < min_cluster_size {
+        return Ok(vec![-1; points.len()]);
+    }
+    let cloud = Cloud::new(points.len(), threads, |row| points[row]);
+    let settings = Settings {
+        min_cluster_size,
+        min_samples,
+        cluster_selection_epsilon,
+        selection: Selection::ExcessOfMass,
+        allow_single_cluster: true,
+        threads,
+    };
+    hdbscan(&cloud.points, &settings).map(|found| found.labels)
 }
 
 /// Labels of hills, ground cells, the ground's height in each cell and its noise.

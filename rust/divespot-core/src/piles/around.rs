@@ -49,9 +49,10 @@ impl Around<'_> {
         labels: &[i32],
         Territory { owner, last, .. }: &Territory,
     ) -> Vec<usize> {
-        let told = |cell: usize| owner[cell] != NOBODY && labels[last[cell]] == NOBODY;
-        let joined =
-            |a: usize, b: usize| owner[a] == owner[b] && !self.drops(last[a], last[b], GENTLE);
+        let told = |cell: usize| owner[cell] != NOBODY && labels[last[cell] as usize] == NOBODY;
+        let joined = |a: usize, b: usize| {
+            owner[a] == owner[b] && !self.drops(last[a] as usize, last[b] as usize, GENTLE)
+        };
         let cells = (0..labels.len()).polled().map(told).collect();
         let parts = components_joined(self.grid, cells, &FOUR, joined);
         let is_foot = |cell: usize| {

@@ -234,7 +234,7 @@ impl<'a> Rise<'a> {
     }
 }
 
-fn standing(grid: &Grid, loose: Vec<Point>) -> Found {
+fn standing(grid: &Grid, loose: Vec<Point>) -> Found<'static> {
     Found { loose, ..Found::on_all_else(vec![NOBODY; grid.len()]) }
 }
 

@@ -54,7 +54,7 @@ impl Faces {
     /// Where something rises from a surface of these heights to more than `margin_m` above what the
     /// steepest material could reach in a cell: loose points, or a bank beside an object.
     pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
-        let mut risen = by_cell(grid, &found.loose, |_| true);
+        let mut risen = by_cell(grid, found.loose.iter(), |_| true);
         let mut walls = Walls::of(grid, heights_m, &risen, margin_m);
         let step_m = NEVER_STEEPER * grid.cell_m;
         let rises =
@@ -71,7 +71,7 @@ impl Faces {
             let mut near = vec![false; grid.len()];
             banks.iter().flat_map(|&c| grid.around(c, BEYOND)).for_each(|n| near[n] = true);
             banks.iter().for_each(|&c| (walls.is[c], walls.retaining[c]) = (true, true));
-            risen.extend(by_cell(grid, &found.surface, |cell| near[cell]));
+            risen.extend(by_cell(grid, found.surface.iter(), |cell| near[cell]));
             risen.sort_unstable_by(by_place);
         }
         let bars = walls.bars(grid);
@@ -105,8 +105,12 @@ impl Faces {
 }
 
 /// The points over cells that are wanted, in order of cell and height.
-fn by_cell(grid: &Grid, points: &[Point], wanted: impl Fn(usize) -> bool) -> Vec<(usize, Point)> {
-    let on_map = points.iter().filter(|p| grid.holds(p)).map(|p| (grid.cell(p), *p));
+fn by_cell<'a>(
+    grid: &Grid,
+    points: impl Iterator<Item = &'a Point>,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<(usize, Point)> {
+    let on_map = points.filter(|p| grid.holds(p)).map(|p| (grid.cell(p), *p));
     let mut found: Vec<(usize, Point)> = on_map.filter(|&(cell, _)| wanted(cell)).collect();
     found.sort_unstable_by(by_place);
     found
@@ -386,8 +390,13 @@ pub(crate) mod tests {
         let all = bounds(points).unwrap();
         let map = height_map_within(&surface, &all, CELL).unwrap();
         let Hills { labels, ground, .. } = hills(&map.grid, &map.heights_m).unwrap();
-        let found =
-            Found { labels, ground, surface, loose: on(false).collect(), apart: Vec::new() };
+        let found = Found {
+            labels,
+            ground,
+            surface: surface.into(),
+            loose: on(false).collect(),
+            apart: Vec::new(),
+        };
         measure(&map.grid, &map.heights_m, &found, &settings()).unwrap()
     }
 

@@ -32,7 +32,7 @@ const BETWEEN: f64 = 0.289;
 pub(crate) fn trim<'a>(grid: &Grid, points: &[Point], objects: &'a mut [Object], margin_m: f64) {
     let top = |o: &'a mut Object| Top::of(o, margin_m).map(|top| (o, top));
     let mut flat: Vec<(&mut Object, Top)> = objects.iter_mut().filter_map(top).collect();
-    let points = points_over(grid, points, flat.iter().map(|(object, _)| &**object));
+    let points = points_over(grid, points.iter(), flat.iter().map(|(object, _)| &**object));
     for (object, top) in &mut flat {
         let cells = covered(grid, &on_top(grid, &points, object, top));
         shrink(object, top.height_m, cells * grid.cell_m * grid.cell_m);
@@ -42,7 +42,7 @@ pub(crate) fn trim<'a>(grid: &Grid, points: &[Point], objects: &'a mut [Object],
 /// The points above the cells that any of the objects covers, each with its cell.
 pub(crate) fn points_over<'a>(
     grid: &Grid,
-    points: &[Point],
+    points: impl Iterator<Item = &'a Point>,
     objects: impl Iterator<Item = &'a Object>,
 ) -> Vec<(usize, Point)> {
     let covered: Vec<Point> = objects.flat_map(|o| o.covers_m.iter().copied()).collect();
@@ -51,7 +51,7 @@ pub(crate) fn points_over<'a>(
     covered.iter().for_each(|p| covers[grid.cell(p)] = true);
     // Far from all tops no cell need be sought.
     let (low, high) = (bounds.min.map(|v| v - grid.cell_m), bounds.max.map(|v| v + grid.cell_m));
-    let near = points.iter().filter(|p| (0..2).all(|k| low[k] <= p[k] && p[k] <= high[k]));
+    let near = points.filter(|p| (0..2).all(|k| low[k] <= p[k] && p[k] <= high[k]));
     near.map(|p| (grid.cell(p), *p)).filter(|&(cell, _)| covers[cell]).collect()
 }
 

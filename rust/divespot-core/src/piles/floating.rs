@@ -6,7 +6,6 @@
 
 use super::flat_top::points_over;
 use super::{Found, Object, Reason};
-use crate::Point;
 use crate::heightmap::Grid;
 
 /// An object floats if the surface below it shows at least this share of the points that it has
@@ -17,12 +16,14 @@ const LOWER: f64 = 0.5;
 
 /// Gives the reason to every object that floats above the surface.
 pub(crate) fn mark(grid: &Grid, found: &Found, objects: &mut [Object]) {
-    let held = |points: &[Point]| {
-        let mut over = points_over(grid, points, objects.iter());
+    if objects.is_empty() {
+        return;
+    }
+    let mut surface = points_over(grid, found.surface.iter(), objects.iter());
+    let mut loose = points_over(grid, found.loose.iter(), objects.iter());
+    for over in [&mut surface, &mut loose] {
         over.retain(|(_, p)| grid.holds(p));
-        over
-    };
-    let (surface, loose) = (held(&found.surface), held(&found.loose));
+    }
     for object in objects {
         let mut high_m = vec![f64::NAN; grid.len()];
         object.covers_m.iter().for_each(|p| high_m[grid.cell(p)] = p[2]);

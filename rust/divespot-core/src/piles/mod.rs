@@ -48,7 +48,7 @@ pub(crate) use base::value;
 pub use base::{Base, Kind};
 pub use budget::Budget;
 pub use difference::{Seen, measure_difference};
-pub use found::Found;
+pub use found::{Found, Marked};
 pub use object::Object;
 pub use pieces::pieces;
 pub use region::{Region, Ring, measure_inside};
@@ -180,6 +180,7 @@ fn measured(
         return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
     let bases = bases(&whole, &planes(&whole, settings), settings);
+    drop(whole);
     let labels = clear_of_ground(&scene, &divided.labels, &bases, settings);
     let alone = |(n, found, whole): &(i32, Patch, Patch)| -> Vec<Object> {
         let parts = alone::alone(found.clone(), whole.clone(), &scene, settings);

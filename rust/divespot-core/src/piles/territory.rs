@@ -14,7 +14,7 @@ pub(crate) struct Territory {
     pub(crate) owner: Vec<i32>,
     pub(crate) steps: Vec<u32>,
     /// The last cell on the way there that tells how high the way is.
-    pub(crate) last: Vec<usize>,
+    pub(crate) last: Vec<u32>,
 }
 
 pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
@@ -43,27 +43,25 @@ impl Territory {
         tells: impl Fn(usize) -> bool,
         reach: u32,
     ) -> Self {
-        let mut last: Vec<usize> = (0..labels.len()).collect();
+        let mut last: Vec<u32> = (0..labels.len() as u32).collect();
         let mut owner = labels.to_vec();
         let mut steps: Vec<u32> =
             labels.iter().map(|&l| if l < 0 { u32::MAX } else { 0 }).collect();
         let mut front: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] >= 0).collect();
         front.sort_by_key(|&cell| labels[cell]);
-        // No step goes through between two closed cells that touch at a corner.
-        let passes = |from: usize, cell: usize, (dx, dy): (isize, isize)| {
-            let side = |dx, dy| grid.neighbor(cell, dx, dy).is_some_and(|n| open(from, n));
-            dx == 0 || dy == 0 || side(dx, 0) || side(0, dy)
-        };
         for step in 1..=reach {
             let around: &[(isize, isize)] = if step % 2 == 1 { &FOUR } else { &EIGHT };
             let mut next = Vec::new();
             for &cell in front.iter().polled() {
-                for &(dx, dy) in around {
-                    let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
-                    if owner[n] == NOBODY
-                        && open(last[cell], n)
-                        && passes(last[cell], cell, (dx, dy))
-                    {
+                let (way, from) = (grid.ways(cell), last[cell] as usize);
+                // No step goes through between two closed cells that touch at a corner.
+                let passes = |(dx, dy): (isize, isize)| {
+                    let side = |by| way(by).is_some_and(|n| open(from, n));
+                    dx == 0 || dy == 0 || side((dx, 0)) || side((0, dy))
+                };
+                for &by in around {
+                    let Some(n) = way(by) else { continue };
+                    if owner[n] == NOBODY && open(from, n) && passes(by) {
                         if !tells(n) {
                             last[n] = last[cell];
                         }

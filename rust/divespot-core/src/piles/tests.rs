@@ -26,7 +26,7 @@ pub(crate) fn measured(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Vec
 }
 
 /// Nothing but ground.
-fn nothing(map: &HeightMap) -> Found {
+fn nothing(map: &HeightMap) -> Found<'static> {
     Found::on_all_else(vec![NOBODY; map.grid.len()])
 }
 

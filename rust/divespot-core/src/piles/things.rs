@@ -11,9 +11,9 @@ use crate::heightmap::Grid;
 /// The connected pieces of what lies above a surface.
 pub(crate) struct Things<'a> {
     grid: &'a Grid,
-    all: &'a Found,
+    all: &'a Found<'a>,
     above: Above,
-    found: Found,
+    found: Found<'static>,
     /// The mean height of the things where there are any, and of the surface elsewhere.
     pub(crate) with_things_m: Vec<f64>,
 }
@@ -22,7 +22,7 @@ impl<'a> Things<'a> {
     pub(crate) fn of(
         grid: &'a Grid,
         surface_m: &'a [f64],
-        found: &'a Found,
+        found: &'a Found<'a>,
         settings: &Settings,
     ) -> Self {
         let above = Above::of(grid, surface_m, found);

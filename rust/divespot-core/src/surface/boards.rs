@@ -80,14 +80,15 @@ impl<'a> Relief<'a> {
         let farthest = (relief_m / NEVER_STEEPER / grid.cell_m).ceil().min(across) as isize;
         let reach = Reach::of(grid.cell_m, noise_m);
         let gap_m = 0.5 * reach.far_m;
-        let run = |cell: usize| columns.run(cell, heights_m[cell], gap_m);
+        let run = |cell: usize| <(f64, f64)>::from(columns.run(cell, heights_m[cell], gap_m));
+        let (lowest_m, highest_m) = (0..grid.len()).map(run).unzip();
         Self {
             columns,
             grid,
             heights_m,
             ground,
-            lowest_m: (0..grid.len()).map(|cell| run(cell)[0]).collect(),
-            highest_m: (0..grid.len()).map(|cell| run(cell)[1]).collect(),
+            lowest_m,
+            highest_m,
             noise_m,
             level_m: reach.near_m,
             farthest,
@@ -184,10 +185,14 @@ impl<'a> Relief<'a> {
     /// Whether a cell lies higher than material could above the one so many steps away.
     fn drops(&self, cell: usize, (dx, dy): (isize, isize), steps: isize) -> Option<bool> {
         let n = self.grid.neighbor(cell, steps * dx, steps * dy)?;
+        Some(self.drops_to(cell, n, (dx, dy), steps))
+    }
+
+    fn drops_to(&self, cell: usize, n: usize, way: (isize, isize), steps: isize) -> bool {
         let drop = self.highest_m[cell] - self.lowest_m[n];
         let on_top = self.heights_m[cell] - self.lowest_m[n] > ON_TOP * drop;
-        let run_m = self.run_m((dx, dy), steps);
-        Some(on_top && drop > NEVER_STEEPER * run_m + 2.0 * SIGMAS * self.noise_m)
+        let run_m = || self.run_m(way, steps);
+        on_top && drop > NEVER_STEEPER * run_m() + 2.0 * SIGMAS * self.noise_m
     }
 
     /// Whether a face drops at once by most of what it drops.
@@ -206,7 +211,11 @@ impl<'a> Relief<'a> {
     /// Cells near enough to the lip of a face that its drop could be too steep for them.
     fn near_lips(&self) -> impl Iterator<Item = usize> + '_ {
         let lip = |cell: usize| {
-            EIGHT.iter().any(|&way| (1..=2).any(|k| self.drops(cell, way, k) == Some(true)))
+            let way = self.grid.ways(cell);
+            let drops = |(dx, dy), k| {
+                way((k * dx, k * dy)).is_some_and(|n| self.drops_to(cell, n, (dx, dy), k))
+            };
+            !self.heights_m[cell].is_nan() && EIGHT.iter().any(|&by| (1..=2).any(|k| drops(by, k)))
         };
         let mut near = vec![false; self.grid.len()];
         for cell in (0..near.len()).polled().filter(|&cell| lip(cell)) {

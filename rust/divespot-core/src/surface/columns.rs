@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::Point;
+use crate::Places;
 use crate::cancel::Polled;
 use crate::heightmap::Grid;
 use crate::robust::median;
@@ -28,15 +28,21 @@ pub(crate) struct Columns {
 
 impl Columns {
     /// The columns of points that lie over the grid.
-    pub(crate) fn of(points: &[Point], grid: Grid) -> Self {
-        let cells: Vec<u32> = points.iter().polled().map(|p| grid.cell(p) as u32).collect();
+    pub(crate) fn of<'a>(points: impl Into<Places<'a>>, grid: Grid) -> Self {
+        let points = points.into();
+        let cells: Vec<u32> = points.iter().polled().map(|p| grid.cell(&p) as u32).collect();
         let start = starts(&cells, grid.len());
-        let mut dealt = dealt(points, &cells, &start);
+        let mut rows = dealt(cells, &start);
+        let mut heights_m = vec![0.0; rows.len()];
+        let mut column = Vec::new();
         for cell in start.windows(2).polled() {
-            let column = &mut dealt[cell[0] as usize..cell[1] as usize];
-            column.sort_unstable_by(|a, b| higher(points, a, b));
+            let range = cell[0] as usize..cell[1] as usize;
+            column.clear();
+            column.extend(rows[range.clone()].iter().map(|&row| (points.at(row as usize)[2], row)));
+            column.sort_unstable_by(|a, b| higher(&points, a, b));
+            let places = heights_m[range.clone()].iter_mut().zip(&mut rows[range]);
+            places.zip(&column).for_each(|((z, row), own)| (*z, *row) = *own);
         }
-        let (heights_m, rows) = dealt.into_iter().unzip();
         Self { grid, start, rows, heights_m }
     }
 
@@ -137,25 +143,28 @@ fn starts(cells: &[u32], count: usize) -> Vec<u32> {
     start
 }
 
-/// The height and row of each point, cell by cell.
-fn dealt(points: &[Point], cells: &[u32], start: &[u32]) -> Vec<(f64, u32)> {
-    let (mut next, mut dealt) = (start.to_vec(), vec![(0.0, 0); cells.len()]);
-    for ((row, p), &cell) in (0..).zip(points).zip(cells).polled() {
-        dealt[next[cell as usize] as usize] = (p[2], row);
+/// The rows of the points, cell by cell.
+fn dealt(cells: Vec<u32>, start: &[u32]) -> Vec<u32> {
+    let (mut next, mut dealt) = (start.to_vec(), vec![0; cells.len()]);
+    for (row, cell) in (0..).zip(cells).polled() {
+        dealt[next[cell as usize] as usize] = row;
         next[cell as usize] += 1;
     }
     dealt
 }
 
 /// Points in ascending order of height; those of one height in an order that is their own.
-fn higher(points: &[Point], a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
-    let (p, q) = (&points[a.1 as usize], &points[b.1 as usize]);
-    a.0.total_cmp(&b.0).then_with(|| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])))
+fn higher(points: &Places<'_>, a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
+    a.0.total_cmp(&b.0).then_with(|| {
+        let (p, q) = (points.at(a.1 as usize), points.at(b.1 as usize));
+        p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1]))
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Point;
 
     /// Points at these heights over the cells of a grid, a step of 1 m wide.
     fn columns(size: [usize; 2], heights: impl Fn(usize) -> Vec<f64>) -> Columns {

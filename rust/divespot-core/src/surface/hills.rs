@@ -11,6 +11,7 @@ use crate::film::{Node, relax};
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::{NEVER_STEEPER, STEEPEST_POURED};
+use crate::order::{Keyed, sort_by_key};
 use crate::parallel::map_each;
 use crate::piles::{EIGHT, FOUR, NOBODY, beyond};
 use crate::slopes::Slopes;
@@ -129,12 +130,15 @@ fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
 /// The cells from the highest down.
 fn downhill(heights_m: &[f64], beyond: &[bool]) -> Vec<u32> {
     let cells = (0..).zip(heights_m).zip(beyond);
-    let mut order: Vec<(u32, f64)> = cells
-        .filter(|((_, h), beyond)| !**beyond && !h.is_nan())
-        .map(|((c, h), _)| (c, *h))
-        .collect();
-    order.sort_unstable_by(|(a, p), (b, q)| q.total_cmp(p).then(a.cmp(b)));
-    order.into_iter().map(|(cell, _)| cell).collect()
+    let seen = cells.filter(|((_, h), beyond)| !**beyond && !h.is_nan());
+    let keyed = seen.map(|((row, h), _)| Keyed { key: !ascending(*h), row }).collect();
+    sort_by_key(keyed).into_iter().map(|keyed| keyed.row).collect()
+}
+
+/// A number that is in the order of `f64::total_cmp`.
+fn ascending(value: f64) -> u64 {
+    let bits = value.to_bits();
+    if value.is_sign_negative() { !bits } else { bits | 1 << 63 }
 }
 
 /// The parts, not ground as yet, above which there is ground.
@@ -221,14 +225,15 @@ impl Relief<'_> {
         let (mut walked, mut climbed) =
             ((f64::NEG_INFINITY, NOTHING), (f64::NEG_INFINITY, NOTHING));
         let mut on_face = false;
-        for n in EIGHT.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
+        for n in self.grid.neighbors(cell, &EIGHT) {
             on_face |= self.cliff(n, cell);
             let Some(root) = tree.root(n) else { continue };
-            let best = if self.cliff(cell, n) { &mut climbed } else { &mut walked };
+            let is_cliff = self.cliff(cell, n);
+            let best = if is_cliff { &mut climbed } else { &mut walked };
             if self.smooth_m[n] > best.0 {
                 *best = (self.smooth_m[n], root);
             }
-            if !self.cliff(cell, n) {
+            if !is_cliff {
                 around.add(root);
             }
         }

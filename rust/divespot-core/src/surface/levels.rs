@@ -179,8 +179,8 @@ impl Looker<'_> {
     /// The steps from the cells at a part's edge outwards.
     fn outwards(&self, part: u32, cells: &[usize], of: &[u32], stamps: &mut [u32]) -> Vec<Step> {
         let outer = |cell: &usize| {
-            let near = |&(dx, dy): &(isize, isize)| self.grid.neighbor(*cell, dx, dy);
-            FOUR.iter().any(|way| near(way).is_none_or(|n| of[n] != part))
+            let way = self.grid.ways(*cell);
+            FOUR.iter().any(|&by| way(by).is_none_or(|n| of[n] != part))
         };
         let first = |cell: usize| Step { from: cell, cell, count: 0, before: 0 };
         let mut steps: Vec<Step> = cells.iter().copied().filter(outer).map(first).collect();
@@ -192,7 +192,7 @@ impl Looker<'_> {
                 even if even % 2 == 0 => &FOUR,
                 _ => &EIGHT,
             };
-            for n in around.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
+            for n in self.grid.neighbors(cell, around) {
                 if of[n] != part && stamps[n] != part {
                     stamps[n] = part;
                     steps.push(Step { from, cell: n, count: count + 1, before: at });
@@ -212,7 +212,7 @@ impl Looker<'_> {
             let most = GENTLE * to_f64(step) * self.grid.cell_m + CLEAR * self.noise_m;
             let mut next = Vec::new();
             for (from, cell) in front.into_iter().polled() {
-                for n in EIGHT.iter().filter_map(|&(dx, dy)| self.grid.neighbor(cell, dx, dy)) {
+                for n in self.grid.neighbors(cell, &EIGHT) {
                     let rise = (self.heights_m[n] - self.heights_m[from]).abs();
                     if of[n] == NONE && rise <= most {
                         of[n] = of[from];

@@ -14,7 +14,7 @@ use columns::Columns;
 use levels::{Levels, NONE};
 use walk::{Reach, mean, walk};
 
-use crate::Point;
+use crate::Places;
 use crate::cancel::Polled;
 use crate::error::Result;
 use crate::heightmap::{Grid, bounds};
@@ -48,12 +48,13 @@ const LAYER_CELLS: f64 = 0.6;
 /// assert!(on[10_000..].iter().all(|&on| !on), "what hangs over the cone is no part of it");
 /// # Ok::<(), divespot_core::Error>(())
 /// ```
-pub fn surface_points(
-    points: &[Point],
+pub fn surface_points<'a>(
+    points: impl Into<Places<'a>>,
     cell_m: f64,
     noise_m: f64,
     anywhere: bool,
 ) -> Result<Vec<bool>> {
+    let points = points.into();
     let grid = Grid::over(&bounds(points)?, cell_m, points.len())?;
     let columns = Columns::of(points, grid);
     let needs = columns.needs();
@@ -70,7 +71,7 @@ pub fn surface_points(
     let mut mask = vec![false; points.len()];
     for (cell, taken) in taken.iter().enumerate().polled() {
         for &row in columns.rows(cell) {
-            mask[row as usize] = taken.takes(&points[row as usize]);
+            mask[row as usize] = taken.takes(&points.at(row as usize));
         }
     }
     Ok(mask)

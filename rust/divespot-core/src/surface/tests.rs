@@ -1,4 +1,5 @@
 use super::*;
+use crate::Point;
 use crate::sample::mix;
 
 const CELL: f64 = 0.02;

@@ -29,7 +29,7 @@ pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reac
         (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| Reverse((0, c))).collect();
     while let Some(Reverse((_, cell))) = queue.pop() {
         poll();
-        for n in FOUR.iter().filter_map(|&(dx, dy)| columns.grid.neighbor(cell, dx, dy)) {
+        for n in columns.grid.neighbors(cell, &FOUR) {
             if !heights_m[n].is_nan() {
                 continue;
             }

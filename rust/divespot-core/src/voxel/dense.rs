@@ -5,9 +5,9 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::Point;
 use crate::cancel::Polled;
 use crate::parallel::{fill_chunks, share};
+use crate::{Places, Point};
 
 use super::{Grid, Sums, Voxels};
 
@@ -60,7 +60,7 @@ impl Layout {
 
 /// The voxels of a dense box, with each point's if wanted; `None` where the box is not.
 pub(super) fn voxels(
-    points: &[Point],
+    points: Places<'_>,
     grid: &Grid,
     threads: usize,
     with_rows: bool,
@@ -71,43 +71,36 @@ pub(super) fn voxels(
     if words > MOST_WORDS.min(points.len() as u64) {
         return None;
     }
-    let (items, words) = mark(points, *grid, layout, words as usize, threads);
+    let (bits, words) = mark(points, *grid, layout, words as usize, threads);
     let count = words.last().map_or(0, |last| last.rank(63) + (last.bits >> 63) as usize);
     let mut rows = vec![0; if with_rows { points.len() } else { 0 }];
     fill_chunks(&mut rows, CHUNK, threads, |first, piece| {
-        for (row, item) in piece.iter_mut().zip(&items[first..]) {
-            *row = words[(item.bit / 64) as usize].rank(item.bit % 64) as u32;
+        for (row, bit) in piece.iter_mut().zip(&bits[first..]) {
+            *row = words[(bit / 64) as usize].rank(bit % 64) as u32;
         }
     });
     let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count] };
     let slabs = slabs(&words, &mut voxels, threads);
-    share(slabs.into_iter(), threads, |slab| slab.fill(&items, &words, grid, &layout));
+    share(slabs.into_iter(), threads, |slab| slab.fill(points, &bits, &words, grid, &layout));
     Some((voxels, rows))
 }
 
-/// A point: the bit of its cell, and its place in there.
-#[derive(Debug, Clone, Copy, Default)]
-struct Item {
-    bit: u32,
-    inside: [i32; 3],
-}
-
-/// All points as items, and all bits.
+/// The bit of each point's cell, and all words.
 fn mark(
-    points: &[Point],
+    points: Places<'_>,
     grid: Grid,
     layout: Layout,
     words: usize,
     threads: usize,
-) -> (Vec<Item>, Vec<Word>) {
+) -> (Vec<u32>, Vec<Word>) {
     let marks: Vec<AtomicU64> = (0..words).map(|_| AtomicU64::new(0)).collect();
-    let mut items = vec![Item::default(); points.len()];
-    fill_chunks(&mut items, CHUNK, threads, |first, piece| {
+    let mut bits = vec![0; points.len()];
+    fill_chunks(&mut bits, CHUNK, threads, |first, piece| {
         let (grid, layout) = (grid, layout); // copies, which stay in registers
-        for (item, p) in piece.iter_mut().zip(&points[first..]) {
-            let cell = grid.cell(p);
-            *item = Item { bit: layout.bit(cell), inside: grid.inside(cell, p) };
-            let (word, own) = (&marks[(item.bit / 64) as usize], 1 << (item.bit % 64));
+        let places = points.within(first..first + piece.len());
+        for (bit, p) in piece.iter_mut().zip(places) {
+            *bit = layout.bit(grid.cell(&p));
+            let (word, own) = (&marks[(*bit / 64) as usize], 1 << (*bit % 64));
             // To look is much cheaper than to write, and most voxels are known already.
             if word.load(Ordering::Relaxed) & own == 0 {
                 word.fetch_or(own, Ordering::Relaxed);
@@ -121,7 +114,7 @@ fn mark(
         count += bits.count_ones();
         Word { bits, before }
     };
-    (items, marks.into_iter().map(word).collect())
+    (bits, marks.into_iter().map(word).collect())
 }
 
 /// Some consecutive words and what comes out of them: the work of one thread.
@@ -152,14 +145,14 @@ fn slabs<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a
 
 impl Slab<'_> {
     /// Adds up the points of these voxels and writes their means.
-    fn fill(self, items: &[Item], words: &[Word], grid: &Grid, layout: &Layout) {
+    fn fill(self, points: Places<'_>, bits: &[u32], words: &[Word], grid: &Grid, layout: &Layout) {
         let Some(first) = words.get(self.words.start) else { return };
         let mut sums = vec![Sums::default(); self.counts.len()];
-        for item in items.iter().polled() {
-            let word = (item.bit / 64) as usize;
+        for (bit, p) in bits.iter().zip(points.iter()).polled() {
+            let word = (bit / 64) as usize;
             if self.words.contains(&word) {
-                let rank = words[word].rank(item.bit % 64) - first.before as usize;
-                sums[rank].add(item.inside);
+                let rank = words[word].rank(bit % 64) - first.before as usize;
+                sums[rank].add(grid.inside(grid.cell(&p), &p));
             }
         }
         let cells = self.words.flat_map(|w| words[w].set().map(move |bit| layout.cell(w, bit)));

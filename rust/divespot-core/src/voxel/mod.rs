@@ -5,7 +5,7 @@ mod sparse;
 
 use crate::error::positive;
 use crate::fixed::Fixed;
-use crate::{Bounds, Error, Point, Result, thread_count};
+use crate::{Bounds, Error, Places, Point, Result, thread_count};
 
 /// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
 ///
@@ -49,31 +49,31 @@ pub struct Voxels {
 /// # Ok::<(), divespot_core::Error>(())
 /// ```
 pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Result<Voxels> {
-    thinned(points, voxel_m, threads, false).map(|(voxels, _)| voxels)
+    thinned(points.into(), voxel_m, threads, false).map(|(voxels, _)| voxels)
 }
 
 /// The same, and the voxel that each point lies in.
 ///
 /// # Errors
 /// As [`voxel_downsample`].
-pub fn voxels_and_rows(
-    points: &[Point],
+pub fn voxels_and_rows<'a>(
+    points: impl Into<Places<'a>>,
     voxel_m: f64,
     threads: usize,
 ) -> Result<(Voxels, Vec<u32>)> {
-    thinned(points, voxel_m, threads, true)
+    thinned(points.into(), voxel_m, threads, true)
 }
 
 /// Voxels, and the rows of all points among them where these are wanted.
 fn thinned(
-    points: &[Point],
+    points: Places<'_>,
     voxel_m: f64,
     threads: usize,
     with_rows: bool,
 ) -> Result<(Voxels, Vec<u32>)> {
     positive("voxel_m", voxel_m)?;
-    let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(Default::default()) };
     let threads = thread_count(threads);
+    let Some(bounds) = Bounds::of_all(points, threads) else { return Ok(Default::default()) };
     let grid = Grid::new(&bounds, voxel_m)?;
     Ok(dense::voxels(points, &grid, threads, with_rows)
         .unwrap_or_else(|| sparse::voxels(points, &grid, threads, with_rows)))

@@ -1,8 +1,8 @@
 //! Voxels scattered over a large box: the points are sorted by voxel.
 
-use crate::Point;
 use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::map_chunks;
+use crate::{Places, Point};
 
 use super::{Grid, Sums, Voxels};
 
@@ -10,7 +10,7 @@ use super::{Grid, Sums, Voxels};
 const CHUNK: usize = 1024;
 
 pub(super) fn voxels(
-    points: &[Point],
+    points: Places<'_>,
     grid: &Grid,
     threads: usize,
     with_rows: bool,
@@ -29,7 +29,7 @@ pub(super) fn voxels(
 }
 
 /// The rows with a key per voxel, sorted by z, y, x of their cells.
-fn sort(points: &[Point], grid: &Grid, threads: usize) -> Vec<Keyed> {
+fn sort(points: Places<'_>, grid: &Grid, threads: usize) -> Vec<Keyed> {
     let bits = grid.last.map(|last| u64::BITS - last.leading_zeros());
     if bits.iter().sum::<u32>() > u64::BITS {
         return sort_by_axis(points, grid);
@@ -39,8 +39,8 @@ fn sort(points: &[Point], grid: &Grid, threads: usize) -> Vec<Keyed> {
 }
 
 /// The same where three cell numbers do not fit one key.
-fn sort_by_axis(points: &[Point], grid: &Grid) -> Vec<Keyed> {
-    let cell = |row: u32| grid.cell(&points[row as usize]);
+fn sort_by_axis(points: Places<'_>, grid: &Grid) -> Vec<Keyed> {
+    let cell = |row: u32| grid.cell(&points.at(row as usize));
     let mut rows = keyed_by(points, 1, |_| 0);
     for axis in 0..3 {
         rows.iter_mut().for_each(|r| r.key = cell(r.row)[axis]);
@@ -58,9 +58,9 @@ fn sort_by_axis(points: &[Point], grid: &Grid) -> Vec<Keyed> {
 }
 
 /// The mean of the points in one voxel, and their number.
-fn mean(points: &[Point], grid: &Grid, rows: &[Keyed]) -> (Point, u32) {
-    let cell = grid.cell(&points[rows[0].row as usize]);
+fn mean(points: Places<'_>, grid: &Grid, rows: &[Keyed]) -> (Point, u32) {
+    let cell = grid.cell(&points.at(rows[0].row as usize));
     let mut sums = Sums::default();
-    rows.iter().for_each(|row| sums.add(grid.inside(cell, &points[row.row as usize])));
+    rows.iter().for_each(|row| sums.add(grid.inside(cell, &points.at(row.row as usize))));
     (sums.mean(grid, cell), sums.count)
 }

@@ -1,0 +1,77 @@
+//! Points as seen from an origin.
+
+use std::ops::Range;
+
+use crate::Point;
+
+/// Points, and the origin that they are seen from: as good as a copy near it, without the copy.
+///
+/// # Examples
+///
+/// ```
+/// use divespot_core::Places;
+/// use divespot_core::sample::sample;
+///
+/// let far = [[500_000.0, 5_000_000.0, 312.0], [500_001.0, 5_000_000.0, 313.0]];
+/// let near = sample(Places::about(&far, far[0]), 2, 0, 1);
+/// assert!(near.contains(&[0.0; 3]) && near.contains(&[1.0, 0.0, 1.0]));
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Places<'a> {
+    points: &'a [Point],
+    origin: Point,
+}
+
+impl<'a> Places<'a> {
+    /// Points as seen from `origin`.
+    #[must_use]
+    pub fn about(points: &'a [Point], origin: Point) -> Self {
+        Self { points, origin }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// A copy near the origin.
+    #[must_use]
+    pub fn to_vec(&self) -> Vec<Point> {
+        self.iter().collect()
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, row: usize) -> Point {
+        from(self.origin, &self.points[row])
+    }
+
+    #[inline]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Point> + use<'a> {
+        self.within(0..self.points.len())
+    }
+
+    /// Those of some rows.
+    #[inline]
+    pub(crate) fn within(&self, rows: Range<usize>) -> impl Iterator<Item = Point> + use<'a> {
+        let origin = self.origin;
+        self.points[rows].iter().map(move |p| from(origin, p))
+    }
+}
+
+#[inline]
+fn from(origin: Point, p: &Point) -> Point {
+    std::array::from_fn(|k| p[k] - origin[k])
+}
+
+impl<'a, T: AsRef<[Point]> + ?Sized> From<&'a T> for Places<'a> {
+    fn from(points: &'a T) -> Self {
+        Self { points: points.as_ref(), origin: [0.0; 3] }
+    }
+}
