@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import divespot
-from divespot import DivespotError, evaluate, plot, reproduce, simulate, volume
+from divespot import DivespotError, evaluate, frames, plot, reproduce, simulate, volume
 from divespot import io as dio
 from solids import SOLIDS, sampled
 
@@ -81,6 +81,9 @@ SMALL_SCENE = simulate.Scene(
     piles=(simulate.Pile(0.01),), camera=simulate.Camera(frames=1, pixels=(24, 24))
 )
 
+#: What a camera 2 m above a heap sees.
+DEPTH = 2.0 - np.clip(0.4 - np.hypot(*(np.indices((24, 24)) / 12.0 - 1.0)), 0.0, None)
+
 #: Each public function with arguments that it takes.
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "compare": (divespot.compare, {"before": CONE, "after": CONE}),
@@ -116,6 +119,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"report": REPORT, "path": "picture.png"},
     ),
     "simulate.scan": (simulate.scan, {"scene": SMALL_SCENE, "density": 1.0}),
+    "simulate.frames": (simulate.frames, {"scene": SMALL_SCENE, "count": 1}),
+    "frames.read_intrinsics": (frames.read_intrinsics, {"path": "camera.json"}),
+    "frames.read_poses": (frames.read_poses, {"path": "poses.txt"}),
+    "frames.write_poses": (frames.write_poses, {"path": "out.txt", "poses": [np.eye(4)]}),
+    "frames.fuse": (frames.fuse, {"depth": DEPTH, "intrinsics": (30.0, 12.0, 12.0)}),
     "simulate.scene_named": (simulate.scene_named, {"name": "shape-05"}),
     "evaluate.evaluate": (evaluate.evaluate, {"scans": "list.csv"}),
     "evaluate.goals": (evaluate.goals, {"evaluation": evaluate.Evaluation((), (), ())}),
@@ -142,6 +150,7 @@ NOT_TRIED = {
     ("plot.save_picture", "truth_m3"),
     ("compare", "on_stage"),
     ("measure", "on_stage"),
+    ("frames.fuse", "on_frame"),
     ("evaluate.evaluate", "on_round"),
     ("evaluate.evaluate", "scans"),
 }
@@ -149,7 +158,7 @@ NOT_TRIED = {
 #: Take minutes; their arguments are checked by what they call.
 NOT_CALLED = {"evaluate.run_rounds", "reproduce.reproduce"}
 
-MODULES = (divespot, dio, evaluate, plot, reproduce, simulate, volume)
+MODULES = (divespot, dio, evaluate, frames, plot, reproduce, simulate, volume)
 
 PARAMETERS = [
     (name, parameter)

@@ -9,6 +9,7 @@ way to the scan's frame.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -116,7 +117,9 @@ def close_gaps(points: NDArray[np.float64], settings: Settings) -> tuple[NDArray
 
 def _is_sparse(points: NDArray[np.float64], cell_m: float) -> bool:
     width_m, depth_m = (float(np.ptp(points[:, axis])) for axis in range(2))
-    return width_m * depth_m / cell_m**2 > max(FEW_CELLS, CELLS_A_POINT * len(points))
+    cells = (width_m / cell_m) * (depth_m / cell_m)
+    # Of cells beyond number, the grid will say that they are too many.
+    return max(FEW_CELLS, CELLS_A_POINT * len(points)) < cells < math.inf
 
 
 def _gaps(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from divespot.directions import Position
-    from divespot.info import Info
+    from divespot.overview import Info
 
 #: Standard classes of points (LAS 1.4 R15, table 17).
 CLASSES = {
@@ -54,7 +54,7 @@ def info(scan: str, unit: str, up: str, json_file: str | None, force: bool) -> N
     what tells which way is up and where the ground is. Of a large LAS or LAZ file, stretches that
     are spread over it are read.
     """
-    from divespot.info import info as look  # noqa: PLC0415 - slow to import
+    from divespot.overview import info as look  # noqa: PLC0415 - slow to import
 
     check_outputs({"--json": (json_file, REPORT)}, (scan,), force=force)
     found = look(scan, unit=unit, up=up)

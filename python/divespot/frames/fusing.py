@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot._arguments import thread_number
+from divespot._arguments import number, switch, thread_number, word
 from divespot.errors import DivespotError, NothingSeenError
 from divespot.frames.intrinsics import Given, Intrinsics
 from divespot.frames.placing import View, place
@@ -97,11 +97,13 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     True
 
     """
-    if depth_kind not in ("planar", "radial"):
+    if word("depth_kind", depth_kind) not in ("planar", "radial"):
         raise DivespotError(f"depth_kind is {depth_kind!r}: planar or radial is needed")
+    if voxel_m is not None and not 0.0 < number("voxel_m", voxel_m) < math.inf:
+        raise DivespotError(f"voxel_m is {voxel_m}: an edge in metres, above 0, is needed")
     source, lens = Frames.of(depth, depth_scale), Intrinsics.of(intrinsics)
     given = None if poses is None else as_poses(poses, len(source), source.times_s)
-    if exact_poses and given is None:
+    if switch("exact_poses", exact_poses) and given is None:
         raise DivespotError("exact_poses needs poses")
     view = View.of(source, lens, depth_kind, thread_number(threads))
     tell = on_frame or (lambda _text: None)
@@ -130,12 +132,12 @@ def _fused(
     voxel_m: float | None,
     tell: Callable[[str], None],
 ) -> Scan:
-    kept = [number for number, pose in enumerate(joint.poses) if pose is not None]
+    kept = [at for at, pose in enumerate(joint.poses) if pose is not None]
     fusion = view.fusion(joint, voxel_m, FOOTPRINTS if len(kept) > 1 else ONE_FRAME)
-    for number, pose in enumerate(joint.poses):
+    for at, pose in enumerate(joint.poses):
         if pose is not None:
-            tell(f"fusing frame {number + 1} of {len(view.source)}")
-            fusion.add(view.ranges_m(number), pose, joint.offsets_m[number])
+            tell(f"fusing frame {at + 1} of {len(view.source)}")
+            fusion.add(view.ranges_m(at), pose, joint.offsets_m[at])
     scale = _u_scale(joint)
     found = Registration(
         frames=len(kept),
@@ -145,7 +147,7 @@ def _fused(
         offset_m=joint.offset_m,
         u_offset_m=joint.u_offset_m,
         loops=joint.loops,
-        left_out=tuple(view.source.names[number] for number, _ in placed.lost),
+        left_out=tuple(view.source.names[at] for at, _ in placed.lost),
         poses=_matrices(joint.poses),
         is_still=False,
         times_s=view.source.times_s,
@@ -155,7 +157,7 @@ def _fused(
 
 def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float | None) -> Scan:
     """Average the frames of a camera that did not move, in groups that fit into memory."""
-    kept = [number for number, pose in enumerate(joint.poses) if pose is not None]
+    kept = [at for at, pose in enumerate(joint.poses) if pose is not None]
     pixels = view.shape[0] * view.shape[1]
     groups = math.ceil(len(kept) * pixels / MOST_PIXELS)
     means, betweens, left_out = [], [], []

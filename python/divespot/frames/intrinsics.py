@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.io.files import bytes_of
@@ -79,7 +80,7 @@ class Intrinsics:
             return read_intrinsics(given)
         if isinstance(given, Mapping):
             return parsed(given)
-        array = np.asarray(given, dtype=np.float64)
+        array = as_floats("the intrinsics", given).astype(np.float64, copy=False)
         if array.shape == (3, 3):
             return of_matrix(array.ravel().tolist())
         if array.shape == (3,):  # one focal length

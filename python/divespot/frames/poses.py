@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from divespot._arguments import as_floats, shown
 from divespot.errors import DivespotError
 from divespot.io.files import bytes_of
 from divespot.output import write_text
@@ -135,7 +136,7 @@ def as_poses(
     if isinstance(given, str | os.PathLike):
         poses, name = read_poses(given, times_s), os.fsdecode(given)
     else:
-        poses, name = np.asarray(given, dtype=np.float64), "poses"
+        poses, name = as_floats("poses", given).astype(np.float64, copy=False), "poses"
         if poses.ndim != 3 or poses.shape[1:] != (4, 4):
             raise DivespotError(f"poses have shape {poses.shape}: shape (n, 4, 4) is needed")
         require_rigid(poses, name)
@@ -153,12 +154,17 @@ def write_poses(
 
     Frames that were left out have no line; the time is the frame's number unless times are given.
     """
+    if not isinstance(poses, list | tuple | np.ndarray):
+        raise DivespotError(f"poses are {shown(poses)}: a list of 4 x 4 matrices is needed")
+    times = as_floats("times_s", np.arange(len(poses)) if times_s is None else times_s)
+    if times.shape != (len(poses),):
+        raise DivespotError(f"{times.size} times for {len(poses)} poses: one each is needed")
+    kept = [at for at, pose in enumerate(poses) if pose is not None]
+    placed = as_poses([poses[at] for at in kept], len(kept)) if kept else ()
     lines = ["# written by divespot: time x y z qx qy qz qw"]
-    for number, pose in enumerate(poses):
-        if pose is not None:
-            time = number if times_s is None else times_s[number]
-            values = (*pose[:3, 3], *_quaternion(pose[:3, :3]))
-            lines.append(" ".join([f"{time:.6f}", *(f"{v:.9f}" for v in values)]))
+    for at, pose in zip(kept, placed, strict=True):
+        values = (*pose[:3, 3], *_quaternion(pose[:3, :3]))
+        lines.append(" ".join([f"{times[at]:.6f}", *(f"{v:.9f}" for v in values)]))
     write_text(path, "\n".join(lines) + "\n")
 
 

@@ -12,6 +12,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from divespot._arguments import as_floats, number
 from divespot.errors import DivespotError
 from divespot.extras import extra
 
@@ -67,7 +68,7 @@ class Frames:
             There are none, or they cannot be read.
 
         """
-        if step_m is not None and not 0.0 < step_m < 1e3:
+        if step_m is not None and not 0.0 < number("depth_scale", step_m) < 1e3:
             raise DivespotError(f"depth_scale is {step_m}: metres in a unit, above 0, are needed")
         if isinstance(depth, str | os.PathLike):
             found = cls._of_path(Path(os.fsdecode(depth)), step_m)
@@ -75,11 +76,12 @@ class Frames:
         is_list = isinstance(depth, list | tuple) and len(depth) > 0
         if is_list and all(isinstance(one, str | os.PathLike) for one in depth):  # type: ignore[union-attr]
             return cls._of_files([Path(os.fsdecode(one)) for one in depth], step_m)  # type: ignore[union-attr,arg-type]
-        return cls._of_array(np.asarray(depth), "frame", step_m)
+        array = as_floats("depth", depth) if is_list else np.asarray(depth)  # type: ignore[arg-type]
+        return cls._of_array(array, "frame", step_m)
 
     @classmethod
     def _of_path(cls, path: Path, step_m: float | None) -> Frames:
-        if path.is_dir():
+        if os.path.isdir(path):  # noqa: PTH112 - False also for a name that cannot be
             inner = path / "depth"  # as in the folders of TUM's and Open3D's tools
             return cls._of_files(_in_order(inner if inner.is_dir() else path), step_m)
         return cls._of_files([path], step_m)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from divespot._arguments import number, seed_number, whole
+from divespot._arguments import number, seed_number, whole, word
 from divespot.errors import DivespotError
 from divespot.simulate.camera import Array, fly, look_from, optical_axes, rays, sigma_m
 from divespot.simulate.draw import stream
@@ -113,7 +113,7 @@ def frames(  # noqa: PLR0913 - as those of `scan`, and the path
 
     """
     seed, repeat = seed_number(seed), whole("repeat", repeat)
-    if path not in get_args(Path):
+    if word("path", path) not in get_args(Path):
         raise DivespotError(f"path is {path!r}: one of {', '.join(get_args(Path))} is needed")
     scene = scene_named(scene, seed) if isinstance(scene, str) else scene
     if not isinstance(scene, Scene):
