@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound="Callable[..., Any]")
 
 #: The options that say how depth frames are read.
-NAMES = ("intrinsics", "depth_scale", "depth_kind", "known_poses", "exact_poses")
+NAMES = (*("intrinsics", "depth_scale", "depth_kind", "depth_topic", "known_poses", "exact_poses"),)
 _FILE = click.Path()
 
 
@@ -27,7 +28,8 @@ def frame_options(command: F) -> F:
             type=_FILE,
             metavar="K.json",
             help="take SCAN for depth frames of a camera with these intrinsics (Open3D, RealSense, "
-            "ROS or Azure Kinect; JSON or YAML): a folder of 16-bit PNG or TIFF, or NPY or NPZ",
+            "ROS or Azure Kinect; JSON or YAML): a folder of 16-bit PNG or TIFF, or NPY or NPZ; a "
+            "recording (.bag, .mcap, .db3, .mkv) may hold its own",
         ),
         click.option(
             "--depth-scale",
@@ -41,6 +43,11 @@ def frame_options(command: F) -> F:
             default="planar",
             show_default=True,
             help="depth along the optical axis, or along the ray",
+        ),
+        click.option(
+            "--depth-topic",
+            metavar="TOPIC",
+            help="which topic of a recording of ROS is meant, where several hold depth",
         ),
         click.option(
             "--known-poses",
@@ -59,32 +66,37 @@ def frame_options(command: F) -> F:
 class DepthFrames:
     """How depth frames are read."""
 
-    intrinsics: str
+    intrinsics: str | None
     depth_scale: float | None
     depth_kind: Any
+    depth_topic: str | None
     known_poses: str | None
     exact_poses: bool
 
     @classmethod
     def of(cls, ctx: click.Context) -> DepthFrames | None:
-        """Return what the options say; None where SCAN is no folder of frames.
+        """Return what the options say; None where no SCAN is frames.
 
         Raises
         ------
         click.UsageError
-            An option of frames was given without ``--intrinsics``.
+            An option of frames was given without any.
 
         """
         given = {name: ctx.params[name] for name in NAMES}
-        if given["intrinsics"] is None:
-            for name in ("depth_scale", "known_poses", "exact_poses"):
+        if given["intrinsics"] is None and not any(map(_holds_its_own, _paths(ctx))):
+            for name in ("depth_scale", "depth_topic", "known_poses", "exact_poses"):
                 if given[name]:
                     option = "--" + name.replace("_", "-")
-                    raise click.UsageError(f"{option} needs --intrinsics", ctx)
+                    raise click.UsageError(f"{option} needs --intrinsics, or a recording", ctx)
             return None
         if given["exact_poses"] and given["known_poses"] is None:
             raise click.UsageError("--exact-poses needs --known-poses", ctx)
         return cls(**given)
+
+    def takes(self, path: str) -> bool:
+        """Return whether a path is of frames: all are if intrinsics were given, else recordings."""
+        return self.intrinsics is not None or _holds_its_own(path)
 
     def read(self) -> tuple[str | None, ...]:
         """Return the files that are read besides the frames."""
@@ -106,8 +118,22 @@ class DepthFrames:
             self.known_poses,
             depth_scale=self.depth_scale,
             depth_kind=self.depth_kind,
+            depth_topic=self.depth_topic,
             exact_poses=self.exact_poses,
             threads=threads,
             on_frame=on_frame,
             **more,
         )
+
+
+def _paths(ctx: click.Context) -> tuple[str, ...]:
+    """Return the paths of the command, by either of the names that they go by."""
+    paths: tuple[str, ...] = ctx.params.get("scans") or ctx.params.get("frames") or ()
+    return paths
+
+
+def _holds_its_own(path: str) -> bool:
+    """Return whether a path is a recording, which may hold intrinsics."""
+    from divespot.frames.recording import is_recording  # noqa: PLC0415 - slow to import
+
+    return is_recording(Path(path))

@@ -42,7 +42,10 @@ if TYPE_CHECKING:
 @force_option
 @click.pass_context
 def fuse(ctx: click.Context, /, **given: Any) -> None:  # noqa: ANN401 - as many types as options
-    """Put depth frames together: FRAMES is a folder, a list of images, or an NPY or NPZ file.
+    """Put depth frames together: FRAMES is a folder, a list of images, an NPY or NPZ file.
+
+    A recording of ROS or RealSense (.bag, .mcap, .db3) or of Azure Kinect (.mkv) is one, too, and
+    needs no --intrinsics where it holds them.
 
     Where each frame stood is found from the frames themselves; the floor becomes z = 0.
     """
@@ -51,7 +54,7 @@ def fuse(ctx: click.Context, /, **given: Any) -> None:  # noqa: ANN401 - as many
     from divespot.io.write import require_writable  # noqa: PLC0415 - as above
 
     depth = DepthFrames.of(ctx)
-    if depth is None:
+    if depth is None or not depth.takes(given["frames"][0]):
         raise click.UsageError("--intrinsics is needed: the camera that took the frames", ctx)
     require_writable(given["output"])
     outputs = {"--output": (given["output"], POINTS), "--poses": (given["poses"], POSES)}

@@ -102,7 +102,7 @@ def measure(
     GZIP or ZIP file. No option is needed: every length that is not given is derived from the
     scan's own point spacing. A scan that cannot be measured is named on stderr, and the next
     one is measured. With --intrinsics, SCAN is a folder (or an NPY or NPZ file) of depth frames,
-    which are put together first.
+    which are put together first; so is a recording (.bag, .mcap, .db3, .mkv).
     """
     settings = chosen_settings(ctx)
     depth = DepthFrames.of(ctx)
@@ -291,7 +291,7 @@ def run(survey: Files | str | Path, settings: Settings, depth: DepthFrames | Non
     first = survey[0] if isinstance(survey, tuple) else survey
     name = printable(click.format_filename(first, shorten=True))
     with progress_line(f"measuring {name}") as on_stage:
-        if depth is None:
+        if depth is None or not depth.takes(str(first)):
             return pipeline(survey, settings, on_stage=on_stage)
         frames = depth.fused(survey, settings.threads, on_stage)  # type: ignore[arg-type]
         return pipeline(frames, settings, on_stage=on_stage)

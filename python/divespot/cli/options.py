@@ -36,7 +36,14 @@ GROUPS = {
 }
 #: Options that are no settings, under a heading of their own.
 OTHERS = {
-    "Depth frames": ("intrinsics", "depth_scale", "depth_kind", "known_poses", "exact_poses"),
+    "Depth frames": (
+        "intrinsics",
+        "depth_scale",
+        "depth_kind",
+        "depth_topic",
+        "known_poses",
+        "exact_poses",
+    ),
 }
 _PAPER = Settings.paper().stages
 _METAVARS = {"_kg_m3": "KG/M3", "_deg": "DEGREES", "_m": "METRES"}

@@ -38,11 +38,12 @@ FEWEST = 10
 
 def fuse(  # noqa: PLR0913 - one keyword an option
     depth: Depth,
-    intrinsics: Given,
+    intrinsics: Given | None = None,
     poses: Poses | None = None,
     *,
     depth_scale: float | None = None,
     depth_kind: Kind = "planar",
+    depth_topic: str | None = None,
     exact_poses: bool = False,
     voxel_m: float | None = None,
     threads: int = 0,
@@ -54,9 +55,10 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     ----------
     depth
         A folder or list of 16-bit PNG or TIFF images (extra ``frames``), NPY or NPZ files, or
-        arrays of shape ``(h, w)`` or ``(n, h, w)``, in the order they were taken.
+        arrays of shape ``(h, w)`` or ``(n, h, w)``, in the order they were taken; or a recording:
+        rosbag or MCAP (extra ``frames``), MKV of Azure Kinect (extra ``kinect``).
     intrinsics
-        The camera's: see `divespot.frames.Intrinsics.of`.
+        The camera's: see `divespot.frames.Intrinsics.of`. By default those that a recording holds.
     poses
         From each camera (x right, y down, z ahead) into a common frame: an array ``(n, 4, 4)`` or
         a file (TUM, KITTI, 4 × 4). They are where the search begins, unless they are exact.
@@ -64,6 +66,8 @@ def fuse(  # noqa: PLR0913 - one keyword an option
         Metres in a unit of depth; by default 0.001 for whole numbers, 1 for others.
     depth_kind
         ``"planar"``: depth along the optical axis; ``"radial"``: along the ray.
+    depth_topic
+        Which topic of a recording of ROS is meant, where several hold depth.
     exact_poses
         Take the poses as they are.
     voxel_m
@@ -101,7 +105,8 @@ def fuse(  # noqa: PLR0913 - one keyword an option
         raise DivespotError(f"depth_kind is {depth_kind!r}: planar or radial is needed")
     if voxel_m is not None and not 0.0 < number("voxel_m", voxel_m) < math.inf:
         raise DivespotError(f"voxel_m is {voxel_m}: an edge in metres, above 0, is needed")
-    source, lens = Frames.of(depth, depth_scale), Intrinsics.of(intrinsics)
+    source = Frames.of(depth, depth_scale, depth_topic)
+    lens = _lens(source) if intrinsics is None else Intrinsics.of(intrinsics)
     given = None if poses is None else as_poses(poses, len(source), source.times_s)
     if switch("exact_poses", exact_poses) and given is None:
         raise DivespotError("exact_poses needs poses")
@@ -113,6 +118,16 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     if not exact_poses and _stands_still(joint):
         return _still(view, joint, placed, voxel_m)
     return _fused(view, joint, placed, voxel_m, tell)
+
+
+def _lens(source: Frames) -> Intrinsics:
+    """Return the intrinsics of a recording."""
+    if isinstance(source.intrinsics, str):
+        raise DivespotError(
+            f"{source.path or 'the frames'}: {source.intrinsics}: those of the camera that took "
+            "the depth are needed (--intrinsics)"
+        )
+    return source.intrinsics
 
 
 def _stands_still(joint: _native.RawJoint) -> bool:

@@ -274,7 +274,7 @@ def _named(values: Mapping[str, Any]) -> Intrinsics | None:
 
 def _lens(coefficients: list[float], model: object) -> tuple[float, ...]:
     """Return the coefficients of a lens, if its model is one that is known."""
-    name = str(model or "").lower()
+    name = str(model or "").lower().replace(" ", "_")  # "Brown Conrady" in RealSense's bags
     if not any(coefficients) or name in PLAIN:
         return () if name in PLAIN and name else tuple(coefficients) if any(coefficients) else ()
     if name in RATIONAL:

@@ -15,16 +15,23 @@ import numpy as np
 from divespot._arguments import as_floats, number
 from divespot.errors import DivespotError
 from divespot.extras import extra
+from divespot.frames.bag import read_bag
+from divespot.frames.mkv import read_mkv
+from divespot.frames.recording import BAGS, VIDEOS, is_bag, is_recording, is_video
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
+    from divespot.frames.intrinsics import Intrinsics
+    from divespot.frames.recording import Recording
+
 Depth: TypeAlias = "str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike"
 
 IMAGES = (".png", ".tif", ".tiff")
 ARRAYS = (".npy", ".npz")
+CLOUDS = (".pcd", ".ply", ".las", ".laz", ".e57", ".xyz")
 #: Metres in a step of whole numbers: all common depth cameras write millimetres.
 STEP_M = 0.001
 #: What some cameras write, beside 0, where they saw nothing.
@@ -40,27 +47,30 @@ class Frames:
     Attributes
     ----------
     items
-        An image or an array each.
+        An image or an array each, or a recording.
     names
         What each is called.
     step_m
         Metres in a unit of their numbers; None: a millimetre for whole numbers, else a metre.
     times_s
-        When each was taken, where their names say so.
+        When each was taken, where their names or the recording say so.
     path
         The folder or file that was given, or the first of several.
+    intrinsics
+        The camera's, as a recording holds them, or why there are none.
 
     """
 
-    items: Sequence[Path | NDArray[Any]]
+    items: Sequence[Path | NDArray[Any]] | Recording
     names: tuple[str, ...]
     step_m: float | None = None
     times_s: tuple[float, ...] | None = None
     path: str | None = None
+    intrinsics: Intrinsics | str = "no intrinsics were given"
 
     @classmethod
-    def of(cls, depth: Depth, step_m: float | None = None) -> Frames:
-        """Return the frames of whatever holds some.
+    def of(cls, depth: Depth, step_m: float | None = None, topic: str | None = None) -> Frames:
+        """Return the frames of whatever holds some; of a recording of ROS those of one topic.
 
         Raises
         ------
@@ -70,9 +80,13 @@ class Frames:
         """
         if step_m is not None and not 0.0 < number("depth_scale", step_m) < 1e3:
             raise DivespotError(f"depth_scale is {step_m}: metres in a unit, above 0, are needed")
-        if isinstance(depth, str | os.PathLike):
-            found = cls._of_path(Path(os.fsdecode(depth)), step_m)
-            return replace(found, path=os.fsdecode(depth))
+        path = Path(os.fsdecode(depth)) if isinstance(depth, str | os.PathLike) else None
+        if topic is not None and (path is None or not is_bag(path)):
+            raise DivespotError(
+                f"depth_topic is {topic!r}: a recording of ROS, which has topics, is needed"
+            )
+        if path is not None:
+            return replace(cls._of_path(path, step_m, topic), path=str(path))
         is_list = isinstance(depth, list | tuple) and len(depth) > 0
         if is_list and all(isinstance(one, str | os.PathLike) for one in depth):  # type: ignore[union-attr]
             return cls._of_files([Path(os.fsdecode(one)) for one in depth], step_m)  # type: ignore[union-attr,arg-type]
@@ -80,11 +94,21 @@ class Frames:
         return cls._of_array(array, "frame", step_m)
 
     @classmethod
-    def _of_path(cls, path: Path, step_m: float | None) -> Frames:
+    def _of_path(cls, path: Path, step_m: float | None, topic: str | None = None) -> Frames:
+        if is_bag(path):
+            return cls._of_recording(read_bag(path, topic), step_m)
+        if is_video(path):
+            return cls._of_recording(read_mkv(path), step_m)
         if os.path.isdir(path):  # noqa: PTH112 - False also for a name that cannot be
             inner = path / "depth"  # as in the folders of TUM's and Open3D's tools
             return cls._of_files(_in_order(inner if inner.is_dir() else path), step_m)
         return cls._of_files([path], step_m)
+
+    @classmethod
+    def _of_recording(cls, found: Recording, step_m: float | None) -> Frames:
+        names = tuple(f"{found.path} frame {number}" for number in range(1, len(found) + 1))
+        step_m = found.step_m if step_m is None else step_m
+        return cls(found, names, step_m, found.times_s, str(found.path), found.intrinsics)
 
     @classmethod
     def _of_files(cls, files: list[Path], step_m: float | None) -> Frames:
@@ -92,10 +116,7 @@ class Frames:
             return cls._of_array(_array(files[0]), str(files[0]), step_m)
         for file in files:
             if file.suffix.lower() not in (*IMAGES, *ARRAYS):
-                raise DivespotError(
-                    f"{file}: a frame is one of {', '.join((*IMAGES, *ARRAYS))}: depth of 16 bits "
-                    "or more is needed"
-                )
+                raise DivespotError(f"{file}: {_no_frame(file)}")
         names = tuple(str(file) for file in files)
         return cls(files, names, step_m, _times(files), names[0])
 
@@ -137,10 +158,29 @@ def _in_order(folder: Path) -> list[Path]:
     except OSError as error:
         raise DivespotError(f"{folder}: cannot be read ({error.strerror or error})") from None
     if not found:
-        raise DivespotError(
-            f"{folder}: holds no frames: {', '.join((*IMAGES, *ARRAYS))} are needed"
-        )
+        raise DivespotError(f"{folder}: {_nothing(folder)}")
     return sorted(found, key=lambda file: (_key(file.stem), file.name))
+
+
+def _nothing(folder: Path) -> str:
+    """Say what a folder without frames holds instead, and what is needed."""
+    for file in sorted(folder.iterdir()):
+        if is_recording(file) or file.suffix.lower() in CLOUDS:
+            return f"{file.name}: {_no_frame(file)}"
+    return f"holds no frames: {', '.join((*IMAGES, *ARRAYS))} are needed"
+
+
+def _no_frame(file: Path) -> str:
+    """Say why a file is no frame, and what is needed."""
+    if file.suffix.lower() in CLOUDS:
+        return (
+            "is a cloud, and sequences of clouds are not put together: depth images, which keep "
+            "what lies next to what, are needed, or one cloud that was put together elsewhere"
+        )
+    if is_recording(file):
+        return "is a recording: it is needed by itself, by its own path"
+    kinds = ", ".join((*IMAGES, *ARRAYS, *BAGS, *VIDEOS))
+    return f"a frame is one of {kinds}: depth of 16 bits or more is needed"
 
 
 def _key(stem: str) -> list[tuple[int, float, str]]:

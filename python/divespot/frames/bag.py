@@ -1,0 +1,200 @@
+"""Recordings of ROS: rosbag, as RealSense writes them too, and MCAP."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError
+from divespot.extras import extra
+from divespot.frames.intrinsics import Intrinsics, parsed
+from divespot.frames.recording import Recording
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+#: Encodings of depth, and their numbers: whole ones are millimetres, others metres (REP 118).
+ENCODINGS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
+CAMERA = "sensor_msgs/msg/CameraInfo"
+IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+#: What compressed images of depth are called: PNG after a header, which is about metres only.
+PACKED = ("16UC1; compressedDepth", "16UC1; compressedDepth png")
+PACKED_TOPIC, PACKED_HEADER_BYTES = "/compressedDepth", 12
+#: How topics of a stream end in RealSense's own recordings.
+REALSENSE, REALSENSE_CAMERA = "/image/data", "/info/camera_info"
+#: What RealSense calls the unit of depth; the second until 2018.
+UNITS = ("Depth_Units", "Depth Units")
+
+
+def read_bag(path: Path, topic: str | None) -> Recording:
+    """Read what there is in a recording of ROS, of one topic of depth.
+
+    Raises
+    ------
+    DivespotError
+        It cannot be read, or no topic or more than one holds depth and none was named.
+
+    """
+    with _opened(path) as bag:
+        name = _depth_topic(bag, path, topic)
+        times_s = tuple(_times_s(bag, name))
+        lens = _intrinsics(bag, name)
+        step_m = _step_m(bag, name)
+    return Recording(path, lambda: _frames(path, name), times_s, lens, step_m)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    need = "recordings of ROS and RealSense need rosbags"
+    reading, types = (extra(f"rosbags.{part}", "frames", need) for part in ("highlevel", "typesys"))
+    # Recordings of older ROS 2 do not define their messages, which have been the same since.
+    known = types.get_typestore(types.Stores.ROS2_HUMBLE)
+    try:
+        path.stat()  # says why it cannot be read, if so
+        with reading.AnyReader([path], default_typestore=known) as bag:
+            yield bag
+    except (DivespotError, MemoryError):
+        raise
+    except OSError as error:
+        raise DivespotError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except Exception:  # noqa: BLE001 - a damaged recording raises whatever its decoder does
+        raise DivespotError(
+            f"{path}: is truncated or damaged, or no recording of ROS: rosbag, or MCAP or SQLite "
+            "of ROS 2, is needed"
+        ) from None
+
+
+def _messages(bag: Any, topic: str, *kinds: str) -> Iterator[tuple[int, Any]]:  # noqa: ANN401 - a reader
+    """Return the messages of a topic, with the nanosecond at which each was recorded."""
+    from_here = [one for one in bag.connections if one.topic == topic and one.msgtype in kinds]
+    if from_here:
+        for connection, time_ns, data in bag.messages(from_here):
+            yield time_ns, bag.deserialize(data, connection.msgtype)
+
+
+def _first(bag: Any, topic: str, *kinds: str) -> Any:  # noqa: ANN401 - a message, or None
+    return next((message for _, message in _messages(bag, topic, *kinds)), None)
+
+
+def _depth_topic(bag: Any, path: Path, topic: str | None) -> str:  # noqa: ANN401 - a reader
+    """Return the one topic of depth, or that which was named."""
+    images: dict[str, str] = {}
+    for name in sorted({one.topic for one in bag.connections if one.msgtype in IMAGES}):
+        message = _first(bag, name, *IMAGES)
+        if message is not None:
+            images[name] = _encoding(message)
+    found = [name for name, encoding in images.items() if encoding in (*ENCODINGS, *PACKED)]
+    if topic is None and len(found) == 1:
+        return found[0]
+    if topic in found:
+        return str(topic)
+    if found:
+        was = "several topics of depth," if topic is None else f"no depth in {topic}, but in"
+        raise DivespotError(
+            f"{path}: holds {was} {', '.join(found)}: one is needed (--depth-topic)"
+        )
+    held = ", ".join(f"{name} ({encoding})" for name, encoding in images.items()) or "no images"
+    raise DivespotError(
+        f"{path}: holds no depth, but {held}: images of {', '.join(ENCODINGS)} are needed"
+    )
+
+
+def _encoding(message: Any) -> str:  # noqa: ANN401 - a message
+    return str(message.format if hasattr(message, "format") else message.encoding)
+
+
+def _times_s(bag: Any, topic: str) -> list[float]:  # noqa: ANN401 - a reader
+    """Return when the frames were taken; where that is not stated, when they were recorded."""
+    taken, recorded = [], []
+    for time_ns, message in _messages(bag, topic, *IMAGES):
+        stamp = message.header.stamp
+        taken.append(stamp.sec + 1e-9 * stamp.nanosec)
+        recorded.append(1e-9 * time_ns)
+    return taken if all(taken) else recorded
+
+
+def _intrinsics(bag: Any, topic: str) -> Intrinsics | str:  # noqa: ANN401 - a reader
+    """Return what the camera of the same namespace says of itself, or why that is nothing."""
+    topic = topic.removesuffix(PACKED_TOPIC)
+    if topic.endswith(REALSENSE):
+        name = topic.removesuffix(REALSENSE) + REALSENSE_CAMERA
+    else:
+        name = topic.rpartition("/")[0] + "/camera_info"
+    message = _first(bag, name, CAMERA)
+    if message is None:
+        return f"holds no intrinsics in {name}"
+    try:
+        return _of_camera(message, is_rectified="rect" in topic.rpartition("/")[2])
+    except DivespotError as error:
+        return f"{name}: {error}"
+
+
+def _of_camera(message: Any, *, is_rectified: bool) -> Intrinsics:  # noqa: ANN401 - a message
+    """Return intrinsics; of a rectified image, those after its lens was taken out."""
+    k, d, p = (_numbers(message, name) for name in "kdp")
+    if not any(k):
+        raise DivespotError("was not calibrated, its K is 0")
+    size = {"width": int(message.width), "height": int(message.height)}
+    if is_rectified and any(p):
+        return parsed({"k": [*p[0:3], *p[4:7], *p[8:11]], **size})
+    return parsed({"k": k, "d": d, "distortion_model": message.distortion_model, **size})
+
+
+def _numbers(message: Any, name: str) -> list[float]:  # noqa: ANN401 - a message
+    """Return a matrix of a camera, whose name has a capital in ROS 1."""
+    values = getattr(message, name, None)
+    return [float(v) for v in (getattr(message, name.upper()) if values is None else values)]
+
+
+def _step_m(bag: Any, topic: str) -> float | None:  # noqa: ANN401 - a reader
+    """Return the unit of depth that RealSense's own recordings state beside the stream."""
+    if not topic.endswith(REALSENSE):
+        return None
+    sensor = topic.removesuffix(REALSENSE).rpartition("/")[0]
+    for unit in UNITS:
+        for kind in ("std_msgs/msg/Float32", "std_msgs/msg/String"):  # of ROS 1, and of ROS 2
+            message = _first(bag, f"{sensor}/option/{unit}/value", kind)
+            if message is not None:
+                return float(message.data)
+    return None
+
+
+def _frames(path: Path, topic: str) -> Iterator[NDArray[Any]]:
+    with _opened(path) as bag:
+        for _, message in _messages(bag, topic, *IMAGES):
+            yield _depth(message, f"{path}: {topic}")
+
+
+def _depth(message: Any, name: str) -> NDArray[Any]:  # noqa: ANN401 - a message
+    """Return the depths of an image, whose rows may be padded."""
+    encoding = _encoding(message)
+    if encoding in PACKED:
+        return _unpacked(message)
+    kind = ENCODINGS.get(encoding)
+    if kind is None:
+        raise DivespotError(f"{name}: changes to {encoding}: one encoding is needed")
+    dtype = np.dtype((">" if message.is_bigendian else "<") + kind)
+    rows, columns, step = message.height, message.width, message.step
+    if len(message.data) != rows * step or step < columns * dtype.itemsize:
+        raise DivespotError(
+            f"{name}: an image of {columns} x {rows} pixels has {len(message.data)} bytes in rows "
+            f"of {step}: {columns * dtype.itemsize} or more a row are needed"
+        )
+    lines = np.asarray(message.data, np.uint8).reshape(rows, step)[:, : columns * dtype.itemsize]
+    return np.ascontiguousarray(lines).view(dtype).astype(dtype.newbyteorder("="))
+
+
+def _unpacked(message: Any) -> NDArray[Any]:  # noqa: ANN401 - a message
+    """Return the depths of a compressed image."""
+    pil = extra("PIL.Image", "frames", "compressed depth images need Pillow")
+    with pil.open(BytesIO(bytes(message.data[PACKED_HEADER_BYTES:])), formats=["PNG"]) as image:
+        found = np.asarray(image)
+    if found.ndim != 2 or found.dtype.itemsize < 2:
+        raise ValueError(found.dtype)  # said by who opened the recording
+    return found.astype(np.uint16)
