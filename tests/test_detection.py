@@ -12,9 +12,9 @@ import pytest
 
 import divespot
 from divespot import Comparison
-from divespot.results.changes import AT_EDGE, IN_BOTH, NOT_DETECTED
-from divespot.results.detection import Spread
-from divespot.results.place_maps import inner
+from divespot.detection import Spread
+from divespot.judgement import AT_EDGE, IN_BOTH, NOT_DETECTED
+from divespot.place_maps import inner
 from divespot.simulate import scan, scene_named
 from test_differences import noisy, plan
 

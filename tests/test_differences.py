@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,9 @@ import pytest
 
 import divespot
 from divespot import Report
+from divespot.differences import TOO_LITTLE
 from divespot.io import write
+from divespot.simulate import scan, scene_named
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,6 +20,9 @@ if TYPE_CHECKING:
     from solids import Floats
 
 NOISE_M = 0.002
+
+#: Seeds of the noise, and heights of a floor before and after.
+LEVELS = ((5, 0.0), (6, 0.3))
 
 
 def cone(x: Floats, y: Floats, at: tuple[float, float], radius: float, height: float) -> Floats:
@@ -83,6 +89,51 @@ def test_where_nothing_changed_nothing_is_found(tmp_path: Path) -> None:
     heap = ((0.0, 0.0), 1.2, 0.7)
     report = against(tmp_path, yard(3, heap), yard(4, heap))
     assert report.piles == ()
+
+
+def scanned_twice(folder: Path, name: str, share: float = 1.0) -> Report:
+    """Hold a scene against itself before that share of its first pile was left."""
+    before = scene_named(name, 1)
+    first = before.piles[0]
+    left = dataclasses.replace(first, volume_m3=share * first.volume_m3)
+    after = dataclasses.replace(before, piles=(left, *before.piles[1:]))
+    earlier, later = scan(before, density=0.1, seed=1), scan(after, density=0.1, seed=1, repeat=1)
+    return against(folder, later.points, earlier.points)
+
+
+SCENES = ("shape-05", "shape-11", "three-piles", "touching-piles", "wavering-floor", "utm-yard")
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_frames_that_lie_apart_are_no_change(name: str, tmp_path: Path) -> None:
+    report = scanned_twice(tmp_path, name)
+    assert report.piles == ()
+    assert (report.total.volume_m3, report.status) == (0.0, "no_pile")
+    assert None not in {item.reason for item in report.other_objects}
+
+
+@pytest.mark.parametrize("name", ["shape-05", "three-piles", "utm-yard"])
+def test_a_third_of_a_pile_that_is_gone_is_within_its_u95(name: str, tmp_path: Path) -> None:
+    report = scanned_twice(tmp_path, name, share=0.7)
+    (lost,) = report.piles
+    truth = -0.3 * scene_named(name, 1).piles[0].volume_m3
+    assert abs(lost.volume_m3 - truth) < lost.u95_m3 < 0.5 * abs(truth)
+
+
+def test_measure_and_compare_know_a_change_as_well(tmp_path: Path) -> None:
+    before, after = (yard(seed, ((0.0, 0.0), 1.2, height)) for seed, height in ((3, 0.7), (4, 0.5)))
+    (lost,) = against(tmp_path, after, before).piles
+    (place,) = divespot.compare(before, after).places
+    assert place.net.volume_m3 == pytest.approx(lost.volume_m3, abs=lost.u95_m3)
+    assert place.net.u95_m3 == pytest.approx(lost.u95_m3, rel=0.1)
+
+
+def test_where_all_ground_changed_a_warning_says_what_u95_leaves_out(tmp_path: Path) -> None:
+    x, y = plan(5, (0.7, 0.5), 40_000)
+    empty, full = (noisy(seed, np.column_stack([x, y, level + 0 * x])) for seed, level in LEVELS)
+    report = against(tmp_path, full, empty)
+    assert report.total.volume_m3 == pytest.approx(0.3 * 1.4 * 1.0, rel=0.01)
+    assert TOO_LITTLE in report.warnings
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.2])

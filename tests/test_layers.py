@@ -16,8 +16,8 @@ LAYERS = {
     "kernels": "clustering grid kernels plane spacing",
     "depth frames": "frames",
     "stages": "sensor intake lengths thinning clusters filters up pose gaps frame strays surface "
-    "ground_level earlier bases objects holes differences outline_checks outline_place "
-    "outline_features outline_file projection rounding",
+    "ground_level earlier bases detection place_maps judgement objects holes differences "
+    "outline_checks outline_place outline_features outline_file projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
     "method": "overview pipeline comparing divespot",

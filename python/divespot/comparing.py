@@ -19,9 +19,7 @@ from divespot.results.alignment import align
 from divespot.results.changes import comparison_of
 from divespot.results.comparison import Fit
 from divespot.results.crs_name import crs_name
-from divespot.results.detection import Spread
-from divespot.results.pile_matching import both_labels, labels
-from divespot.results.place_maps import slopes_of
+from divespot.results.pile_matching import both_labels, labels, slopes_between
 from divespot.results.sideways import sideways, unchanged
 from divespot.settings import Settings
 
@@ -59,7 +57,7 @@ def compare(
     ground lies on ground where neither survey shows a pile (see `divespot.results.alignment`), and
     moved sideways so that piles lie on themselves whose volume did not change; where there are
     none, x and y are taken as they are. How sure that is goes into every u95, and how much the two
-    differ where nothing changed (`divespot.results.detection`), which also tells change from none.
+    differ where nothing changed (`divespot.judgement`), which also tells change from none.
 
     Parameters
     ----------
@@ -114,22 +112,18 @@ def compare(
             return dataclasses.replace(found, settings=found.settings.changed(base=s.base))
 
         difference = held_against(points)
-        grid = difference.level.height_map
-        found = align(_stable(first, second, difference), *grid.centers_m())
+        at = difference.level.height_map.centers_m()
+        found = align(_stable(first, second, difference), *at)
         beside = _sideways(first, second, difference, found)
         aligned = is_wanted and _is_off(found, beside)
         if aligned:
             points = _moved(points, found, beside, difference)
             difference = held_against(points)
-    still = _stable(first, second, difference)
-    seen = ~np.isnan(difference.level.height_map.heights_m - difference.level.base_m)
-    spread = Spread.of(still, grid.cell_m, float(seen.sum()) * grid.cell_m**2)
     return comparison_of(
         (first, second),
         (clouds[0].source, clouds[1].source),
-        (points, _in_scan(clouds[1], clouds[1].source)),
         difference,
-        Fit(found, beside, spread, aligned=aligned),
+        Fit(found, beside, difference.level.spread, aligned=aligned),
     )
 
 
@@ -183,7 +177,7 @@ def _sideways(
     level = difference.level
     stood = unchanged((before, after), both_labels(before.piles, after.piles, level))
     off = level.height_map.heights_m - level.base_m - found.raise_m(*level.height_map.centers_m())
-    return sideways(off, slopes_of(level), stood)
+    return sideways(off, slopes_between(level), stood)
 
 
 def _is_off(found: Alignment, beside: Sideways | None) -> bool:

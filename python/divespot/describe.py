@@ -88,7 +88,7 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
     terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
     own = {term: factor * getattr(raw, term) for term in terms}
     budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
-    if registration is not None:
+    if registration is not None and not measured.spread.edges_m:
         budget = replace(budget, registration_m3=factor * _registration_m3(raw, registration))
     volume = factor * (raw.cut_m3 - raw.fill_m3)
     region = measured.regions[raw.label] if measured.regions else None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.judgement import Both
 from divespot.objects import Measured, measure_objects, measuring
 
 if TYPE_CHECKING:
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 #: The ground surrounds what stands on it where at least this share of the edge of the seen area is
 #: ground.
 AROUND = 0.5
+
+#: A warning where nothing says how sure a difference is.
+TOO_LITTLE = "too little ground was seen in both scans to tell how small a change shows"
 
 
 def is_held_against(grid: HeightMap, ground: GroundLevel, settings: Settings) -> bool:
@@ -48,7 +52,10 @@ def _edge(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def measure_differences(
     surface: Surface, grid: HeightMap, earlier: Seen | None, bases: Bases, settings: Settings
 ) -> Measured:
-    """Measure what stands above the base and, from an earlier scan, what lies below it."""
+    """Measure what stands above the base and, from an earlier scan, what lies below it.
+
+    How far the two scans differ where nothing changed says what counts, and how sure it is.
+    """
     nothing = np.full(grid.heights_m.size, -1, dtype=np.int32)
     others = measure_objects(surface, grid, nothing, bases, settings)
     loose = surface.points[~surface.is_on]
@@ -59,4 +66,15 @@ def measure_differences(
         grid.cell_m,
         measuring(grid, bases, settings),
     )
-    return Measured([*objects, *others.objects], base_m, compared=())
+    if earlier is None or bases.ground.is_ground is None or bases.chosen is None:
+        return Measured([*objects, *others.objects], base_m, compared=())
+    earlier_m = bases.chosen.over(grid.heights_m.shape, grid.origin_m, grid.cell_m)
+    both = Both(grid, loose, bases.ground.is_ground, earlier, earlier_m)
+    places, spread = both.judged(objects)
+    return Measured([*places, *others.objects], base_m, compared=(), spread=spread)
+
+
+def unsure(measured: Measured, earlier: Seen | None) -> list[str]:
+    """Return a warning where nothing says how sure what differs from an earlier scan is."""
+    is_told = earlier is None or measured.regions or measured.spread.edges_m
+    return [] if is_told else [TOO_LITTLE]

@@ -15,6 +15,7 @@ from divespot.dot import dot
 from divespot.errors import DivespotError
 from divespot.filters import radius_filter
 from divespot.grid import HeightMap, height_map
+from divespot.ground_level import find_ground
 from divespot.io import UNITS, read
 from divespot.plane import rotation_to_z
 from divespot.pose import Pose, find_pose
@@ -59,6 +60,7 @@ class Seen:
     path: str
     grid: HeightMap
     loose: NDArray[np.float64]
+    is_ground: NDArray[np.bool_]
 
 
 def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
@@ -154,8 +156,9 @@ def map_earlier(
     if earlier is None:
         return None
     level = pose.level(earlier.points, settings.threads)
+    own = earlier.settings.changed(base=settings.base)
     try:
-        walked = find_surface(level, earlier.scan, earlier.settings.changed(base=settings.base))
+        walked = find_surface(level, earlier.scan, own)
     except DivespotError as error:
         raise DivespotError(f"base surface={earlier.path}: {error}") from None
     low, high = surface.points[:, :2].min(axis=0), surface.points[:, :2].max(axis=0)
@@ -171,4 +174,8 @@ def map_earlier(
             "place with the scan is needed"
         )
     found = height_map(among, grid.cell_m, triangulated=triangulated, mask=is_on)
-    return Seen(earlier.path, found, level[shared & ~walked.is_on])
+    ground, _ = find_ground(found, earlier.scan, own)
+    is_ground = (
+        np.zeros(found.heights_m.size, np.bool_) if ground.is_ground is None else ground.is_ground
+    )
+    return Seen(earlier.path, found, level[shared & ~walked.is_on], is_ground)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot.detection import NO_SPREAD, Spread
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -43,6 +45,8 @@ class Level:
         The way from here to the scan.
     gaps
         What was closed up.
+    spread
+        How far an earlier scan that is the base differs from this one where nothing changed.
 
     """
 
@@ -52,6 +56,7 @@ class Level:
     outlines: tuple[Outline, ...]
     frame: Frame
     gaps: Gaps
+    spread: Spread = NO_SPREAD
 
     @cached_property
     def height_map(self) -> HeightMap:

@@ -10,6 +10,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.clusters import find_clusters
+from divespot.detection import NO_SPREAD, Spread
 from divespot.errors import DivespotError
 from divespot.kernels import radius_outlier_mask
 from divespot.outline_file import name_of
@@ -136,6 +137,8 @@ class Measured:
         Names of the bases whose volumes each object has.
     regions
         The outlines by label; empty where objects were found.
+    spread
+        How far an earlier scan differs from this one where nothing changed.
 
     """
 
@@ -143,6 +146,7 @@ class Measured:
     base_m: NDArray[np.float64]
     compared: tuple[str, ...]
     regions: tuple[Region, ...] = ()
+    spread: Spread = NO_SPREAD
 
 
 def measure_objects(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from divespot._arguments import require_kind
 from divespot.bases import find_bases, unknown, whole_base
 from divespot.describe import describe, doubts, ground_in_scan, outlines
-from divespot.differences import is_held_against, measure_differences
+from divespot.differences import is_held_against, measure_differences, unsure
 from divespot.doors import Report
 from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.filters import radius_filter, scene_cluster, voxels
@@ -150,7 +150,10 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
             *run.warnings,
             *pose.warnings,
             *unknown(base_m, measured.base_m),
+            *unsure(measured, earlier),
             *doubts(piles, others, pose, len(points), s),
         ),
-        scene=Level(grid, base_m, ground.height_m, outlines(measured, gaps), frame, gaps),
+        scene=Level(
+            grid, base_m, ground.height_m, outlines(measured, gaps), frame, gaps, measured.spread
+        ),
     )

@@ -16,12 +16,12 @@ from divespot.report import COMMON, COVERAGE, finite
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from divespot.detection import Spread
     from divespot.directions import Position
     from divespot.intake import Source
     from divespot.level import Level
     from divespot.report import Pile, Report
     from divespot.results.alignment import Alignment
-    from divespot.results.detection import Spread
     from divespot.results.sideways import Sideways
     from divespot.settings import Settings
 
@@ -225,10 +225,10 @@ def _survey(source: Source, report: Report | None) -> dict[str, Any]:
     return {"source": dataclasses.asdict(source), "total": total}
 
 
-def changed(piles: Sequence[Pile], u_alignment_m3: float, u_spread_m3: float) -> Change:
+def changed(piles: Sequence[Pile], u_alignment_m3: float, u_beside_m3: float) -> Change:
     """Add up places: what errs to the same side in all adds up linearly, the rest in squares."""
     common = [sum(getattr(pile.budget, term) for pile in piles) for term in COMMON]
     own = dict.fromkeys(COMMON, 0.0)
     rest = [dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles]
-    u = math.hypot(*common, *rest, u_alignment_m3, u_spread_m3)
+    u = math.hypot(*common, *rest, u_alignment_m3, u_beside_m3)
     return Change(sum(pile.volume_m3 for pile in piles), COVERAGE * u)

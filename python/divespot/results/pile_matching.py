@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot import _native
+from divespot.place_maps import numbered, slopes_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,15 +26,10 @@ def labels(piles: Sequence[Pile], frame: Frame, level: Level) -> NDArray[np.int6
 
     `frame` is that of the map; the outlines are in the scan's own frame and unit.
     """
-    x, y = level.height_map.centers_m()
-    at = np.stack([x.ravel(), y.ravel()], axis=-1)
-    found = np.zeros(len(at), dtype=np.int64)
-    for pile in piles:
-        if pile.outline_m:
-            line = frame.to_level(np.array(pile.outline_m))[:, :2]
-            near = np.flatnonzero(((at >= line.min(axis=0)) & (at <= line.max(axis=0))).all(axis=1))
-            found[near[_native.inside([line], at[near])]] = pile.id
-    return found.reshape(x.shape)
+    lines = [
+        (pile.id, frame.to_level(np.array(pile.outline_m))) for pile in piles if pile.outline_m
+    ]
+    return numbered([(number, line[:, :2]) for number, line in lines], level.height_map)
 
 
 def both_labels(
@@ -42,6 +37,12 @@ def both_labels(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the labels of the piles of two surveys."""
     return labels(before, level.frame, level), labels(after, level.frame, level)
+
+
+def slopes_between(level: Level) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the slopes of what lies midway between a scan and its base."""
+    grid = level.height_map
+    return slopes_of(grid.heights_m, level.base_m, grid.cell_m)
 
 
 def matched(

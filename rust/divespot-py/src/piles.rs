@@ -1,6 +1,6 @@
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{
-    self, Base, Found, Kind, Marked, Object, Reason, Region, Seen, Settings,
+    self, Base, Budget, Found, Kind, Marked, Object, Reason, Region, Seen, Settings,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -28,7 +28,7 @@ pub(crate) struct RawObject {
     touches_edge: bool,
     leans_on_wall: bool,
     base: &'static str,
-    reason: Option<&'static str>,
+    reason: Option<String>,
     noise_m3: f64,
     base_m3: f64,
     footprint_m3: f64,
@@ -40,9 +40,23 @@ pub(crate) struct RawObject {
 
 #[pymethods]
 impl RawObject {
-    /// The same object with a volume that another method found.
-    fn with_volume(&self, cut_m3: f64, fill_m3: f64) -> Self {
-        Self { cut_m3, fill_m3, ..self.clone() }
+    /// The same object, for another judgement of how sure it is and whether it counts.
+    fn judged(&self, registration_m3: f64, reason: Option<String>) -> Self {
+        Self { registration_m3, reason, ..self.clone() }
+    }
+
+    /// The standard uncertainty that the terms add up to.
+    fn combined_m3(&self) -> f64 {
+        let budget = Budget {
+            noise_m3: self.noise_m3,
+            base_m3: self.base_m3,
+            footprint_m3: self.footprint_m3,
+            filled_m3: self.filled_m3,
+            grid_m3: self.grid_m3,
+            registration_m3: self.registration_m3,
+            scale_m3: self.scale_m3,
+        };
+        budget.combined_m3()
     }
 
     /// The hole that was measured as a hill of the surface turned upside down.
@@ -54,7 +68,7 @@ impl RawObject {
             max_height_m: -self.max_height_m,
             centroid_m: turned(self.centroid_m),
             outline_m: self.outline_m.iter().copied().map(turned).collect(),
-            reason: Some("hole"),
+            reason: Some("hole".to_owned()),
             ..self.clone()
         }
     }
@@ -80,16 +94,7 @@ impl From<Object> for RawObject {
                 Kind::Ground => "ground",
                 Kind::Given => "given",
             },
-            reason: object.reason.map(|reason| match reason {
-                Reason::SteepSides => "steep sides",
-                Reason::Thin => "thin",
-                Reason::Shadow => "beside a shadow",
-                Reason::Floating => "floating",
-                Reason::Apart => "apart from the ground",
-                Reason::TooLittleSeen => "too little seen",
-                Reason::CutOff => "cut off by the scan's edge",
-                Reason::NotClear => "not clear of the ground",
-            }),
+            reason: object.reason.map(|reason| named(reason).to_owned()),
             noise_m3: object.budget.noise_m3,
             base_m3: object.budget.base_m3,
             footprint_m3: object.budget.footprint_m3,
@@ -98,6 +103,20 @@ impl From<Object> for RawObject {
             registration_m3: object.budget.registration_m3,
             scale_m3: object.budget.scale_m3,
         }
+    }
+}
+
+/// Why an object is no pile, in words.
+fn named(reason: Reason) -> &'static str {
+    match reason {
+        Reason::SteepSides => "steep sides",
+        Reason::Thin => "thin",
+        Reason::Shadow => "beside a shadow",
+        Reason::Floating => "floating",
+        Reason::Apart => "apart from the ground",
+        Reason::TooLittleSeen => "too little seen",
+        Reason::CutOff => "cut off by the scan's edge",
+        Reason::NotClear => "not clear of the ground",
     }
 }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +17,10 @@ FEWEST = 6
 #: Of so many blocks the mean is not farther from none than so many standard deviations of a normal
 #: distribution: the larger says how far, and a tenth of the ground may have changed.
 _SHARES = ((0.6827, 1.0), (0.9, 1.645))
+
+#: Errors go together up to blocks whose means are off by more than this share of those of smaller
+#: ones: errors of single cells halve from one size to the next.
+ALIKE = 0.5
 
 #: How often a place may be listed though nothing changed, in a whole comparison.
 FALSE_ALARM = 0.05
@@ -73,8 +76,7 @@ class Spread:
         """Return the standard uncertainty of the mean difference over a place, 0 if unknown."""
         if not self.edges_m or area_m2 <= 0.0:
             return 0.0
-        edges = np.log(self.edges_m)
-        return float(np.interp(0.5 * math.log(area_m2), edges, np.array(self.u_m)))
+        return float(np.interp(math.sqrt(area_m2), self.edges_m, self.u_m))
 
     def u_m3(self, area_m2: float, rise_m2: float = 0.0) -> float:
         """Return the standard uncertainty of a volume.
@@ -90,15 +92,28 @@ class Spread:
 
         In a comparison of nothing but the same ground, no place is to be listed in 19 of 20: there
         are as many places to look at as blocks of this size were seen (Bonferroni), and the
-        uncertainty is known from few blocks alone (Student; Abramowitz & Stegun 26.7.5).
+        uncertainty is known from few blocks alone (Student; Abramowitz & Stegun 26.7.5). Those are
+        as large as errors go together: of a scan put together from a few frames, few.
         """
+        from statistics import NormalDist  # noqa: PLC0415 - slow to import
+
         if not self.edges_m:
             return 0.0
         places = max(self.seen_m2 / area_m2, 1.0) if area_m2 > 0.0 else 1.0
         z = NormalDist().inv_cdf(1.0 - FALSE_ALARM / (2.0 * places))
-        nearest = int(np.searchsorted(self.edges_m, math.sqrt(area_m2), side="right"))
-        freedom = self.blocks[max(nearest - 1, 0)] - 1
+        freedom = self._independent(area_m2) - 1
         return z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
+
+    def _independent(self, area_m2: float) -> int:
+        """Return how many blocks tell of a place: of the size up to which means err alike."""
+        larger = int(np.searchsorted(self.edges_m, math.sqrt(area_m2)))
+        own = min(larger, len(self.edges_m) - 1)
+        alike = (n for u, n in zip(self.u_m, self.blocks, strict=True) if u > ALIKE * self.u_m[own])
+        return min(alike, default=self.blocks[own])
+
+
+#: Nothing is known of it.
+NO_SPREAD = Spread()
 
 
 def _block_means(values: NDArray[np.float64], edge: int) -> NDArray[np.float64]:

@@ -1,0 +1,175 @@
+"""Which of the places where two surveys differ count, and how sure their volumes are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.detection import NO_SPREAD, Spread
+from divespot.place_maps import inner, numbered, slopes_of, tops_m
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from divespot._native import RawObject
+    from divespot.earlier import Seen
+    from divespot.grid import HeightMap
+
+#: Why a place is not counted that may be nothing.
+NOT_DETECTED = "below the level of detection"
+
+#: Why a place is not counted where something stands in both surveys, over which the surface of one
+#: of them ran.
+IN_BOTH = "stands in both surveys"
+
+#: Why a place is not counted of which all that differs lies where a scan ends.
+AT_EDGE = "at the edge of what was seen"
+
+#: From this share of its area, or of its height, on, what differs is what stood there before.
+MOSTLY = 0.5
+
+#: With less than this share of the ground away from all places, it may all have changed: a bin was
+#: filled from wall to wall.
+LEAST = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Both:
+    """What two surveys show, on the cells of the later one.
+
+    Attributes
+    ----------
+    grid
+        Heights of the later one.
+    loose
+        The later one's points off the surface.
+    is_ground
+        Which cells are ground in the later one.
+    earlier
+        The earlier one.
+    earlier_m
+        Heights of the earlier one, in its gaps too.
+
+    """
+
+    grid: HeightMap
+    loose: NDArray[np.float64]
+    is_ground: NDArray[np.bool_]
+    earlier: Seen
+    earlier_m: NDArray[np.float64]
+
+    def judged(self, found: Sequence[RawObject]) -> tuple[list[RawObject], Spread]:
+        """Return places with how sure they are and why they are not counted, and what says so."""
+        known = [(i, raw) for i, raw in enumerate(found, start=1) if raw.outline_m]
+        labels = numbered([(i, np.array(raw.outline_m)[:, :2]) for i, raw in known], self.grid)
+        places = self._places(found, labels)
+        spread = self._spread(places, labels)
+        return [place.judged(spread) for place in places], spread
+
+    @property
+    def off_m(self) -> NDArray[np.float64]:
+        """The later height less the earlier one."""
+        return self.grid.heights_m - self.earlier_m
+
+    def _places(self, found: Sequence[RawObject], labels: NDArray[np.int64]) -> list[_Place]:
+        def added_up(values: NDArray[Any]) -> NDArray[np.float64]:
+            sums = np.bincount(labels.ravel(), values.ravel(), len(found) + 1)
+            return np.asarray(sums[1:] * self.grid.cell_m**2)
+
+        slopes = slopes_of(self.grid.heights_m, self.earlier_m, self.grid.cell_m)
+        rises_m2 = np.sqrt(sum(added_up(slope) ** 2 for slope in slopes)).tolist()
+        inner_m = np.nan_to_num(np.where(inner(self.off_m, self.grid), self.off_m, 0.0))
+        inner_m3 = np.abs(added_up(inner_m)).tolist()
+        is_gain = np.array([False, *(raw.cut_m3 > raw.fill_m3 for raw in found)])[labels]
+        known, reaches = self._reaches(is_gain)
+        stood = added_up(known & reaches) > MOSTLY * added_up(known)
+        places = zip(
+            range(1, len(found) + 1), found, rises_m2, inner_m3, stood.tolist(), strict=True
+        )
+        return [_Place(*place) for place in places]
+
+    def _reaches(self, is_gain: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return where the survey whose surface is lower has points, and where up there too."""
+        lower = np.where(is_gain, self.earlier_m, self.grid.heights_m)
+        upper = np.where(is_gain, self.grid.heights_m, self.earlier_m)
+        tops = tops_m(self.earlier.grid, self.earlier.loose), tops_m(self.grid, self.loose)
+        top = np.where(is_gain, *tops)
+        return ~np.isnan(lower + upper + top), top > lower + MOSTLY * (upper - lower)
+
+    def _spread(self, places: Sequence[_Place], labels: NDArray[np.int64]) -> Spread:
+        """Return how far the surveys differ on what is ground in both and did not change.
+
+        Ground changed where a place on it is clear of how the rest differs; to the rest belong the
+        places that are not.
+        """
+        cell_m, off_m = self.grid.cell_m, self.off_m
+        seen = ~np.isnan(off_m)
+        still = (self.is_ground & self.earlier.is_ground).reshape(off_m.shape) & seen
+        changed = list(places)
+        while True:
+            rest = still & ~np.isin(labels, [place.number for place in changed])
+            if rest.sum() < LEAST * still.sum():
+                return NO_SPREAD
+            spread = Spread.of(np.where(rest, off_m, np.nan), cell_m, float(seen.sum()) * cell_m**2)
+            clear = [place for place in changed if place.is_clear(spread)]
+            if len(clear) == len(changed):
+                return spread
+            changed = clear
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A place where the surveys differ.
+
+    Attributes
+    ----------
+    number
+        Its label.
+    rise_m2
+        Length of the surface's gradient added up over it.
+    inner_m3
+        What of it lies away from where a scan ends.
+    stood
+        Whether both surveys show what stands there.
+
+    """
+
+    number: int
+    raw: RawObject
+    rise_m2: float
+    inner_m3: float
+    stood: bool
+
+    def judged(self, spread: Spread) -> RawObject:
+        """Return the place with its uncertainty, and why it is not counted."""
+        sure = self._sure(spread)
+        return sure.judged(sure.registration_m3, self.raw.reason or self._reason(spread))
+
+    def is_clear(self, spread: Spread) -> bool:
+        """Return whether so large a volume is told from none."""
+        return abs(self.raw.cut_m3 - self.raw.fill_m3) >= self._limit_m3(spread)
+
+    def _reason(self, spread: Spread) -> str | None:
+        if self.stood:
+            return IN_BOTH
+        if not self.is_clear(spread):
+            return NOT_DETECTED
+        return AT_EDGE if self.inner_m3 < self._limit_m3(spread) else None
+
+    def _limit_m3(self, spread: Spread) -> float:
+        return spread.clear_by(self.raw.footprint_m2) * self._sure(spread).combined_m3()
+
+    def _sure(self, spread: Spread) -> RawObject:
+        """Return the place no surer than unchanged ground of its size.
+
+        How far the ground around it lies off the other surface is known already (`base_m3`), and
+        is of the same errors.
+        """
+        u_spread_m3 = spread.u_m3(self.raw.footprint_m2, self.rise_m2)
+        beyond_m3 = math.sqrt(max(u_spread_m3**2 - self.raw.base_m3**2, 0.0))
+        return self.raw.judged(max(self.raw.registration_m3, beyond_m3), self.raw.reason)
