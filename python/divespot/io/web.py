@@ -6,7 +6,6 @@ import mmap
 import re
 import struct
 from http import HTTPStatus
-from http.client import HTTPException
 from io import SEEK_CUR, SEEK_END, SEEK_SET, BufferedReader, RawIOBase
 from typing import TYPE_CHECKING, Any
 
@@ -155,7 +154,8 @@ class Remote:
 
     def _got(self, begin: int, end: int) -> tuple[bytes, int]:
         """Return bytes of the file, and how many it has."""
-        from urllib.error import HTTPError  # noqa: PLC0415 - slow to import
+        from http.client import HTTPException  # noqa: PLC0415 - slow to import
+        from urllib.error import HTTPError  # noqa: PLC0415 - as above
         from urllib.request import Request, urlopen  # noqa: PLC0415 - as above
 
         request = Request(self._url, headers={"Range": f"bytes={begin}-{end - 1}"})  # noqa: S310 - checked
