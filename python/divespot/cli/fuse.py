@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from divespot.cli.depth import DepthFrames, frame_options
-from divespot.cli.outputs import check_outputs, force_option
+from divespot.cli.outputs import check_outputs, force_option, points_option
 from divespot.cli.screen import file_name, progress_line, tell
 from divespot.output import POINTS, POSES
 
@@ -18,14 +18,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("frames", metavar="FRAMES...", type=click.Path(), nargs=-1, required=True)
 @frame_options
-@click.option(
-    "--output",
-    "-o",
-    required=True,
-    type=click.Path(),
-    metavar="PATH",
-    help="file for the points: .ply, .npy, .xyz, .las or .laz",
-)
+@points_option(required=True)
 @click.option(
     "--poses",
     type=click.Path(),

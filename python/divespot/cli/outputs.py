@@ -38,6 +38,18 @@ def json_option(help_text: str, metavar: str = "PATH|-") -> Callable[[F], F]:
     return click.option("--json", "json_file", type=path, metavar=metavar, help=help_text)
 
 
+def points_option(*, required: bool) -> Callable[[F], F]:
+    """Return the option ``--output`` of a command that writes points."""
+    return click.option(
+        "--output",
+        "-o",
+        required=required,
+        type=click.Path(),
+        metavar="PATH",
+        help="file for the points: .ply, .npy, .xyz, .las or .laz",
+    )
+
+
 def ends_in(endings: tuple[str, ...]) -> Callable[[Any, Any, str | None], str | None]:
     """Return what refuses a path with another ending before anything is done."""
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from divespot.cli.options import simulation_options
-from divespot.cli.outputs import STDOUT, check_outputs, force_option, write_json
+from divespot.cli.outputs import STDOUT, check_outputs, force_option, points_option, write_json
 from divespot.cli.screen import file_name, progress_line
 from divespot.output import POINTS, REPORT
 
@@ -43,13 +43,7 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
     callback=list_names,
     help="print the names of all scenes with the volumes of their piles, and exit",
 )
-@click.option(
-    "--output",
-    "-o",
-    type=click.Path(),
-    metavar="PATH",
-    help="file for the points: .ply, .npy, .xyz, .las or .laz",
-)
+@points_option(required=False)
 @click.option(
     "--frames",
     type=click.Path(),

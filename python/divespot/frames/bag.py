@@ -11,7 +11,7 @@ import numpy as np
 from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.frames.intrinsics import Intrinsics, parsed
-from divespot.frames.recording import Recording
+from divespot.frames.recording import Recording, opening
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,19 +55,9 @@ def _opened(path: Path) -> Iterator[Any]:
     reading, types = (extra(f"rosbags.{part}", "frames", need) for part in ("highlevel", "typesys"))
     # Recordings of older ROS 2 do not define their messages, which have been the same since.
     known = types.get_typestore(types.Stores.ROS2_HUMBLE)
-    try:
-        path.stat()  # says why it cannot be read, if so
-        with reading.AnyReader([path], default_typestore=known) as bag:
-            yield bag
-    except (DivespotError, MemoryError):
-        raise
-    except OSError as error:
-        raise DivespotError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except Exception:  # noqa: BLE001 - a damaged recording raises whatever its decoder does
-        raise DivespotError(
-            f"{path}: is truncated or damaged, or no recording of ROS: rosbag, or MCAP or SQLite "
-            "of ROS 2, is needed"
-        ) from None
+    needed = "ROS: rosbag, or MCAP or SQLite of ROS 2, is needed"
+    with opening(path, needed), reading.AnyReader([path], default_typestore=known) as bag:
+        yield bag
 
 
 def _messages(bag: Any, topic: str, *kinds: str) -> Iterator[tuple[int, Any]]:  # noqa: ANN401 - a reader

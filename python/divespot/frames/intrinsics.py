@@ -15,7 +15,7 @@ import numpy as np
 from divespot._arguments import as_floats
 from divespot.errors import DivespotError
 from divespot.extras import extra
-from divespot.io.files import bytes_of
+from divespot.frames.text import text_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -162,13 +162,9 @@ def read_intrinsics(path: str | os.PathLike[str]) -> Intrinsics:
 
     """
     file = Path(os.fsdecode(path))
+    text = text_of(file, "intrinsics are JSON or YAML", MOST_BYTES)
     try:
-        text = bytes_of(file, MOST_BYTES).decode()
         return parsed(_values(file, text))
-    except UnicodeDecodeError:
-        raise DivespotError(f"{file}: is no text: intrinsics are JSON or YAML") from None
-    except OSError as error:
-        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
     except DivespotError as error:
         raise DivespotError(f"{file}: {error}") from None
 

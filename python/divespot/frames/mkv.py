@@ -11,7 +11,7 @@ import numpy as np
 from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.frames.intrinsics import Intrinsics, parsed
-from divespot.frames.recording import Recording
+from divespot.frames.recording import Recording, opening
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -68,17 +68,8 @@ def read_mkv(path: Path) -> Recording:
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     av = extra("av", "kinect", "recordings of Azure Kinect need PyAV")
-    try:
-        with av.open(str(path)) as container:
-            yield container
-    except (DivespotError, MemoryError):
-        raise
-    except FileNotFoundError as error:
-        raise DivespotError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except Exception:  # noqa: BLE001 - a damaged recording raises whatever its decoder does
-        raise DivespotError(
-            f"{path}: is truncated or damaged, or no recording of Azure Kinect: MKV is needed"
-        ) from None
+    with opening(path, "Azure Kinect: MKV is needed"), av.open(str(path)) as container:
+        yield container
 
 
 def _require_whole(path: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from divespot._arguments import as_floats, shown
 from divespot.errors import DivespotError
-from divespot.io.files import bytes_of
+from divespot.frames.text import text_of
 from divespot.output import write_text
 
 if TYPE_CHECKING:
@@ -54,14 +54,7 @@ def read_poses(
 
     """
     file = Path(os.fsdecode(path))
-    try:
-        lines = bytes_of(file).decode().splitlines()
-    except UnicodeDecodeError:
-        raise DivespotError(f"{file}: is no text: poses are lines of numbers") from None
-    except OSError as error:
-        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
-    except DivespotError as error:
-        raise DivespotError(f"{file}: {error}") from None
+    lines = text_of(file, "poses are lines of numbers").splitlines()
     rows = [
         _row(file, number, line)
         for number, line in enumerate(lines, start=1)

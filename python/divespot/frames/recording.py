@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +39,22 @@ def is_video(path: Path) -> bool:
 def is_recording(path: Path) -> bool:
     """Return whether this is a recording, which may hold its camera's intrinsics."""
     return is_bag(path) or is_video(path)
+
+
+@contextmanager
+def opening(path: Path, needed: str) -> Iterator[None]:
+    """Say of whatever a decoder raises what is wrong with a recording, and what is needed."""
+    try:
+        path.stat()  # says why it cannot be read, if so
+        yield
+    except (DivespotError, MemoryError):
+        raise
+    except OSError as error:
+        raise DivespotError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except Exception:  # noqa: BLE001 - a damaged recording raises whatever its decoder does
+        raise DivespotError(
+            f"{path}: is truncated or damaged, or no recording of {needed}"
+        ) from None
 
 
 @dataclass(eq=False)

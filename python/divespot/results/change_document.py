@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from divespot import _native
@@ -15,13 +15,12 @@ from divespot.results.crs_name import crs_name
 from divespot.results.csv_rows import now
 from divespot.results.document import Cell, Table, day_of, files_told, settings_told
 from divespot.results.show_units import VOLUMES
-from divespot.results.telling import counted
+from divespot.results.telling import counted, scan_name
 from divespot.results.wording import texts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from divespot.intake import Source
     from divespot.results.comparison import Change, Comparison, Match, Place
 
 
@@ -72,7 +71,7 @@ class ChangeDocument:
         words, date = texts(), day_of(now())
         return cls(
             texts=words,
-            title=printable(site or Path(_name(found.source)).stem),
+            title=printable(site or Path(scan_name(found.source)).stem),
             facts=_facts(found, date, words),
             total=_total(found, unit, words),
             trust=_trust(found, unit, words),
@@ -85,17 +84,13 @@ class ChangeDocument:
         )
 
 
-def _name(source: Source) -> str:
-    return "an array" if source.path is None else printable(PurePath(source.path).name)
-
-
 def _facts(found: Comparison, date: str, words: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
     before, after = found.sources
     system = printable(crs_name(after.crs) or "")
     return (
         (words["date"], date),
-        (words["survey_before"], _name(before)),
-        (words["survey_after"], _name(after)),
+        (words["survey_before"], scan_name(before)),
+        (words["survey_after"], scan_name(after)),
         (words["system"], system or words["system_none"].format(unit=after.unit)),
         (words["points"], f"{before.points:,}; {after.points:,}"),
     )
@@ -222,7 +217,7 @@ def _shift(found: Comparison, words: Mapping[str, Any]) -> list[tuple[str, str]]
 def told(found: Comparison) -> str:
     """Return a comparison in a few lines of text."""
     unit = Unit.of(found)
-    names = " and ".join(_name(source) for source in found.sources)
+    names = " and ".join(scan_name(source) for source in found.sources)
     what = f"{counted(len(found.places), 'place')}, {len(found.not_counted)} not counted"
     changes = ((name, getattr(found, name)) for name in ("gain", "loss", "net"))
     lines = (f"  {name}: {unit.told(one)} {unit.sign}" for name, one in changes if not one.is_none)

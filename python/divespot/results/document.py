@@ -107,7 +107,7 @@ class Document:
         more = words["sections_more"].format(all=count, shown=most_sections)
         return cls(
             texts=words,
-            title=printable(survey.site or Path(scan_name(report)).stem),
+            title=printable(survey.site or Path(scan_name(report.source)).stem),
             facts=_facts(report, day_of(date), words),
             piles=_piles(report, shown, words),
             trust=trust_sentence(report, shown, words),
@@ -131,7 +131,7 @@ def _facts(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tuple[s
     materials = [pile.material for pile in report.piles] or [settings.material]
     facts = [
         (words["date"], date),
-        (words["scan"], scan_name(report)),
+        (words["scan"], scan_name(report.source)),
         (words["points"], f"{source.points:,}"),
         (
             words["system"],

@@ -26,7 +26,7 @@ def html(report: Report) -> str:
     rows += [_row(f"other {item.id}: {item.reason}", item, shown) for item in report.other_objects]
     names = ("", shown.header, "mass kg", "area m²", "height m", "seen")
     header = "".join(f"<th>{escape(name)}</th>" for name in names)
-    points = f"{escape(scan_name(report))}: {report.source.points:,} points"
+    points = f"{escape(scan_name(report.source))}: {report.source.points:,} points"
     told = "".join(f"<li>{escape(warning)}</li>" for warning in report.warnings)
     return (
         f"<div>{_picture(report)}<table><caption>{points}</caption><tr>{header}</tr>"

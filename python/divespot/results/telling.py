@@ -9,6 +9,7 @@ from divespot.errors import printable, shortened
 from divespot.results.show_units import Shown
 
 if TYPE_CHECKING:
+    from divespot.intake import Source
     from divespot.report import Pile, Report
 
 #: More piles than so many are counted, not told.
@@ -29,14 +30,13 @@ def title(pile: Pile) -> str:
     return f"pile {pile.id}" + (f" ({shortened(printable(pile.name), 40)})" if pile.name else "")
 
 
-def scan_name(report: Report) -> str:
-    """Return the name of the scan's file without its folder."""
-    path = report.source.path
-    return "an array" if path is None else printable(PurePath(path).name)
+def scan_name(source: Source) -> str:
+    """Return the name of a scan's file without its folder."""
+    return "an array" if source.path is None else printable(PurePath(source.path).name)
 
 
 def _what(report: Report) -> str:
-    parts = [f"{scan_name(report)}: {report.source.points:,} points"]
+    parts = [f"{scan_name(report.source)}: {report.source.points:,} points"]
     parts.append(counted(len(report.piles), "pile"))
     if report.other_objects:
         parts.append(counted(len(report.other_objects), "other object"))

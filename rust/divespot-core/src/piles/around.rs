@@ -56,8 +56,7 @@ impl Around<'_> {
         let cells = (0..labels.len()).polled().map(told).collect();
         let parts = components_joined(self.grid, cells, &FOUR, joined);
         let is_foot = |cell: usize| {
-            let near = |&(dx, dy): &(isize, isize)| self.grid.neighbor(cell, dx, dy);
-            FOUR.iter().filter_map(near).any(|n| owner[n] == owner[cell] && !told(n))
+            self.grid.neighbors(cell, &FOUR).any(|n| owner[n] == owner[cell] && !told(n))
         };
         let foot = |part: &Vec<usize>| part.iter().filter(|&&cell| is_foot(cell)).count();
         let feet: Vec<usize> = parts.iter().map(foot).collect();

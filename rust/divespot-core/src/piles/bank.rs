@@ -124,8 +124,8 @@ fn held(patch: &Patch, cell: usize) -> bool {
     matches!(patch.zones[cell], Zone::Core | Zone::Toe)
 }
 
-fn four(patch: &Patch, cell: usize) -> impl Iterator<Item = usize> + '_ {
-    FOUR.iter().filter_map(move |&(dx, dy)| patch.grid.neighbor(cell, dx, dy))
+fn four(patch: &Patch, cell: usize) -> impl Iterator<Item = usize> {
+    patch.grid.neighbors(cell, &FOUR)
 }
 
 /// The face about a cell as the bank's cells around one of them let expect, where it goes down there

@@ -78,6 +78,6 @@ impl Budget {
 
 /// Second differences of the heights around a cell: 24 times the error of the midpoint rule in it.
 fn laplacian(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
-    let around = FOUR.iter().filter_map(|&(dx, dy)| patch.grid.neighbor(cell, dx, dy));
+    let around = patch.grid.neighbors(cell, &FOUR);
     around.map(|n| filled[n] - filled[cell]).filter(|d| !d.is_nan()).sum()
 }

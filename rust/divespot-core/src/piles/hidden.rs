@@ -90,7 +90,7 @@ pub(crate) fn open(
     unseen: impl Fn(usize) -> bool,
     object: impl Fn(usize) -> bool,
 ) -> Vec<bool> {
-    let four = |cell: usize| FOUR.iter().filter_map(move |&(dx, dy)| grid.neighbor(cell, dx, dy));
+    let four = |cell: usize| grid.neighbors(cell, &FOUR);
     let beside_ground = |c: usize| four(c).any(|n| !unseen(n) && !object(n));
     let opens = |&c: &usize| unseen(c) && (grid.is_border(c) || beside_ground(c));
     let seeds = (0..grid.len()).filter(opens).collect();
@@ -149,7 +149,7 @@ impl Flank {
         let mut heap = BinaryHeap::new();
         let mut reach = |heap: &mut BinaryHeap<_>, from: usize, rim: usize| {
             let Rim { from: start, owner, above_m, .. } = rims[rim];
-            for n in EIGHT.iter().filter_map(|&(dx, dy)| grid.neighbor(from, dx, dy)) {
+            for n in grid.neighbors(from, &EIGHT) {
                 if !unseen(n) {
                     continue;
                 }
@@ -186,8 +186,7 @@ pub(crate) fn rims(
     above: impl Fn(i32, usize) -> f64,
     unseen: impl Fn(usize) -> bool,
 ) -> Vec<Rim> {
-    let at_rim =
-        |cell: usize| EIGHT.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, dx, dy)).any(&unseen);
+    let at_rim = |cell: usize| grid.neighbors(cell, &EIGHT).any(&unseen);
     let last = object.filter(|&(cell, _)| !unseen(cell) && at_rim(cell));
     let rim = |(last, owner): (usize, i32)| {
         let height = |cell: usize| above(owner, cell);

@@ -153,16 +153,13 @@ impl Looker<'_> {
     fn edge(&self, part: u32, cells: &[usize], of: &[u32], stamps: &mut [u32]) -> Edge {
         let mut edge = Edge { cells: cells.len(), ..Edge::default() };
         let steps = self.outwards(part, cells, of, stamps);
+        // Backwards: what lies on the way down a cliff is part of it.
         let mut cliffs = vec![false; steps.len()];
-        for (at, step) in steps.iter().enumerate().polled().filter(|(_, s)| s.count > self.reach) {
-            cliffs[at] = self.is_cliff(&steps, step);
-        }
-        for (at, step) in steps.iter().enumerate().rev() {
-            cliffs[step.before] |= cliffs[at];
-        }
-        for (step, cliff) in steps.iter().zip(cliffs).polled() {
+        for (at, step) in steps.iter().enumerate().rev().polled() {
             if step.count > self.reach {
-                self.look(&mut edge, step, cliff);
+                let is_cliff = cliffs[at] || self.is_cliff(&steps, step);
+                self.look(&mut edge, step, is_cliff);
+                cliffs[step.before] |= is_cliff;
             }
             if self.grid.is_border(step.cell) {
                 edge.open += to_f64(self.farthest() - step.count.max(self.reach));

@@ -1,0 +1,23 @@
+"""Small files of text beside the frames."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from divespot.errors import DivespotError
+from divespot.io.files import bytes_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def text_of(file: Path, needed: str, most: int | None = None) -> str:
+    """Return what a file of at most so many bytes says; an error tells what is needed."""
+    try:
+        return bytes_of(file, most).decode()
+    except UnicodeDecodeError:
+        raise DivespotError(f"{file}: is no text: {needed}") from None
+    except OSError as error:
+        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
+    except DivespotError as error:
+        raise DivespotError(f"{file}: {error}") from None
