@@ -246,15 +246,16 @@ impl Looker<'_> {
     }
 
     /// Whether a step lies at the foot of a cliff: the fall to it has ended there, and its middle half
-    /// takes less than material could lie over. One cell may hold both the top and the foot, so of
-    /// a fall of a cell or two nothing tells whether it is one.
+    /// takes less than material could lie over, on cells that were not seen too. One cell may hold
+    /// both the top and the foot, so of a fall of a cell or two nothing tells whether it is one.
     fn is_cliff(&self, steps: &[Step], to: &Step) -> bool {
         let (fall_m, last_m) = (self.fall_m(to), self.fall_m(&steps[to.before]));
-        let ended = fall_m - last_m <= GENTLE * self.grid.cell_m + CLEAR * self.noise_m;
-        let amid = |step: &Step| (self.fall_m(step) - 0.5 * fall_m).abs() < 0.25 * fall_m;
+        let falls_on = fall_m - last_m > GENTLE * self.grid.cell_m + CLEAR * self.noise_m;
+        let off_m = |step: &Step| (self.fall_m(step) - 0.5 * fall_m).abs();
+        let amid = |step: &Step| off_m(step).is_nan() || off_m(step) < 0.25 * fall_m;
         let way = successors(Some(to), |step| (step.count > 0).then(|| &steps[step.before]));
         let run_m = (to_f64(way.filter(|step| amid(step)).count()) - 1.0) * self.grid.cell_m;
-        ended && fall_m > self.clear_m(to) && 0.5 * fall_m > NEVER_STEEPER * run_m
+        !falls_on && fall_m > self.clear_m(to) && 0.5 * fall_m > NEVER_STEEPER * run_m
     }
 }
 
@@ -325,6 +326,24 @@ mod tests {
         assert!(plate.cliff == plate.down && plate.up == 0.0 && plate.open == 0.0);
         // Where windows end, the levels go on up to the cliff.
         assert!(levels.of.iter().all(|&part| part != NONE));
+    }
+
+    #[test]
+    fn a_cliff_is_one_where_its_foot_lies_in_a_shadow() {
+        let shaded = |dark: f64, high: f64| {
+            let height = move |x: f64, y: f64| {
+                let off = (x - 20.0).abs().max((y - 20.0).abs()) - 8.0;
+                let floor = if off < dark { f64::NAN } else { 0.0 };
+                if off < 0.0 { high } else { floor }
+            };
+            let levels = levels(&grid(40, 40), height);
+            let plate = levels.edges.iter().find(|edge| edge.cells < 400).copied().unwrap();
+            (plate.cliff, plate.down)
+        };
+        let (cliff, down) = shaded(3.0, 17.0);
+        assert!(down > 0.0 && cliff == down);
+        // A bank may lie there.
+        assert_eq!(shaded(3.0, 6.0).0, 0.0);
     }
 
     #[test]
