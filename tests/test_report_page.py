@@ -168,7 +168,7 @@ def test_a_page_holds_what_was_asked_of_it() -> None:
     ):
         assert f"<h2>{texts()[title]}</h2>" in html
     assert html.count("along") >= len(report.piles)
-    assert re.search(r"\+0\.011\d ± 0\.001\d m³ since 2026-11-01", html)
+    assert re.search(r"\+0\.011\d ± 0\.00\d+ m³ since 2026-11-01", html)
     assert "2026-11-26 08:30:00 UTC" in html
     assert divespot.__version__ in html
     for name in ("seed", "cell_m", "margin_m"):

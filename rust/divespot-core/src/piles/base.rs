@@ -177,14 +177,17 @@ impl Base {
         let line = self.crease.map(|crease| crease.line);
         let waves = Waves::new(&nodes, footprint, self.kind == Kind::Ring, line);
         let Some(expected) = waves.expected() else { return self };
-        Self {
+        let base = Self {
             level_m: expected.level_m,
             tilt: expected.tilt,
             crease: self.crease.map(|crease| crease.raised(expected.rises)),
             u_level_m: expected.u_mean_m,
             film: Some(expected.film.moved(self.center_m)),
             ..self
-        }
+        };
+        // What waves explain is no noise.
+        let off = ground.iter().map(|p| p[2] - base.at([p[0], p[1]]));
+        Self { noise_m: scale(off).min(base.noise_m), ..base }
     }
 
     /// The plane through `ring`, cells (x, y, height) of edge `cell_m`, with the crease that it shows;
