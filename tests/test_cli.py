@@ -68,6 +68,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "inside": (["--inside", "-9,-9,9,9"], (-9.0, -9.0, 9.0, 9.0)),
     "base": (["--base", "height=0.01"], "height=0.01"),
     "compare_bases": (["--compare-bases"], True),
+    "repeat": (["--repeat"], True),
     "toe_m": (["--toe-m", "0.08"], 0.08),
     "ring_share": (["--ring-share", "0.2"], 0.2),
     "factor": (["--factor", "1.1"], 1.1),

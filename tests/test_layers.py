@@ -20,7 +20,7 @@ LAYERS = {
     "outline_checks outline_place outline_features outline_file projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
-    "method": "overview pipeline comparing divespot",
+    "method": "overview repeated pipeline comparing divespot",
     "scenes": "simulate",
     "errors of known scans": "evaluate",
     "the paper's tables": "reproduce",

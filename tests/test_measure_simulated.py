@@ -121,6 +121,6 @@ def test_few_points_are_enough(kept: float, within: float) -> None:
         len(points), round(10 * kept * len(points)), replace=False
     )
     report = divespot.measure(points[chosen])
-    assert report.settings.surface == "triangles"
+    assert report.settings.stages.surface == "triangles"
     truth = taken("shape-17").volume_m3
     assert report.piles[0].volume_m3 == pytest.approx(truth, rel=within)

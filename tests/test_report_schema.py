@@ -49,7 +49,7 @@ def test_the_schema_is_one() -> None:
         {},
         {"material": "corn", "compare_bases": True, "crop": (-9, -9, -9, 9, 9, 9)},
         {"outline": OUTLINE, "up": (0, 0, 1), "base": "height=0"},
-        {"surface": "triangles", "columns": "1,2,3", "classes": "2,6"},
+        {"repeat": True, "columns": "1,2,3", "classes": "2,6"},
         vars(Settings.paper()),
     ],
 )

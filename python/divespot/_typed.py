@@ -25,12 +25,12 @@ class Changes(TypedDict, total=False):
     radius_m: float | None
     level: bool
     cell_m: float | None
-    surface: Literal["auto", "cells", "triangles"]
     margin_m: float | None
     outline: str | os.PathLike[str] | Mapping[str, Any] | None
     inside: tuple[float, ...] | None
     base: str
     compare_bases: bool
+    repeat: bool
     density_kg_m3: float | None
     density_u_kg_m3: float | None
     material: str | None
@@ -45,6 +45,7 @@ class StageChanges(TypedDict, total=False):
     min_neighbors: int
     scene_cluster: bool
     voxel_m: float | None
+    surface: Literal["auto", "cells", "triangles"]
     plane_threshold_m: float | None
     hypotheses: int
     bin_m: float | None

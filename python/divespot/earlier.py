@@ -81,7 +81,7 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
     points = (points + (np.array(origin) - cloud.origin_m)) / (cloud.scale, cloud.scale, 1.0)
     try:
         scan, own = take_survey(points, found.quantum_m, _own(settings))
-        points = points if settings.radius_m == 0.0 else radius_filter(points, own)
+        points = points if settings.radius_m == 0.0 else radius_filter(points, scan, own)
         points, scan, own = drop_strays(points, scan, cloud, own)
     except DivespotError as error:
         raise DivespotError(f"{name.path}: {error}") from None
@@ -167,7 +167,7 @@ def map_earlier(
     among = np.concatenate([surface.points, level[shared]])
     is_on = np.concatenate([np.zeros(len(surface.points), np.bool_), walked.is_on[shared]])
     coarse = earlier.scan.spacing_m > APART * grid.cell_m
-    triangulated = coarse or "triangles" in (settings.surface, earlier.settings.surface)
+    triangulated = coarse or "triangles" in (s.stages.surface for s in (settings, earlier.settings))
     if not is_on.any():
         raise DivespotError(
             f"base surface={earlier.path}: 0 usable points were given, a surface that shares its "

@@ -18,10 +18,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.settings import Settings
+    from divespot.spacing import Survey
 
 
-def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np.float64]:
+def radius_filter(
+    points: NDArray[np.float64], scan: Survey, settings: Settings
+) -> NDArray[np.float64]:
     """Drop points with too few neighbours (Algorithm 1, lines 1 to 17), in the same array.
+
+    Points that share a position count once.
 
     Raises
     ------
@@ -33,7 +38,14 @@ def radius_filter(points: NDArray[np.float64], settings: Settings) -> NDArray[np
     if radius_m == 0.0:
         return points
     fewest = settings.stages.min_neighbors
-    mask = _native.radius_outlier_mask(points, radius_m, fewest, settings.threads, own=True)
+    mask = _native.radius_outlier_mask(
+        points,
+        radius_m,
+        fewest,
+        settings.threads,
+        own=True,
+        by_position=scan.positions < len(points),
+    )
     kept = only_rows(points, mask)
     if not len(kept):
         raise DivespotError(

@@ -57,6 +57,7 @@ def radius_outlier_mask(
         whole("min_neighbors", min_neighbors),
         thread_number(threads),
         own=False,
+        by_position=False,
     )
 
 

@@ -45,18 +45,19 @@ FLAT_QUANTILE = 0.385
 SMALLEST = 1e-3
 
 
-def by_survey(settings: Settings, survey: Survey, points: int) -> Settings:
-    """Return settings with the lengths that follow from the cloud of so many points.
+def by_survey(settings: Settings, survey: Survey) -> Settings:
+    """Return settings with the lengths that follow from a cloud.
 
     A length is a multiple of the point spacing; of the roughness, where the sensor's noise
     is the coarser of the two.
     """
     spacing = _spacing(survey)
     enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
-    few = points < enough and settings.surface != "cells"
+    few = survey.positions < enough and settings.stages.surface != "cells"
     cell = spacing * (FINE if few else 2.0) if settings.cell_m is None else settings.cell_m
     fitting: Any = "triangles" if cell < spacing else "cells"
-    chosen = settings.changed(surface=fitting if settings.surface == "auto" else settings.surface)
+    asked = settings.stages.surface
+    chosen = settings.tuned(surface=fitting if asked == "auto" else asked)
     derived: PaperChanges = {
         "radius_m": 4.0 * spacing,
         "voxel_m": 2.0 * spacing,
@@ -65,7 +66,7 @@ def by_survey(settings: Settings, survey: Survey, points: int) -> Settings:
         "link_m": 2.5 * cell,
     }
     derived |= _density(settings)
-    if chosen.surface != "triangles":
+    if chosen.stages.surface != "triangles":
         derived |= ground_lengths(survey)
     return chosen.completed(**derived)
 

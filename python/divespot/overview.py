@@ -164,7 +164,7 @@ def _level(
 ) -> tuple[Level | None, tuple[str, ...]]:
     """Return the ground's plane, or why there is none."""
     try:
-        resolved = by_survey(settings, survey, len(cloud.points))
+        resolved = by_survey(settings, survey)
         flat = by_flatness(resolved, flatness(survey, resolved))
         pose = find_pose(cloud.points, survey, cloud, flat)
     except DivespotError as error:

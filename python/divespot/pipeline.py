@@ -26,6 +26,7 @@ from divespot.objects import (
 )
 from divespot.outline_file import find_regions
 from divespot.progress import Progress
+from divespot.repeated import measure_again
 from divespot.report import Total
 from divespot.rounding import Rounding
 from divespot.settings import Settings
@@ -101,7 +102,8 @@ def measure(
         require_kind("settings", settings, Settings)
     s = (settings or Settings()).changed(**changes)
     run = Progress(on_stage)
-    return measure_cloud(run("read", load, source, s), s, run)
+    cloud = run("read", load, source, s)
+    return measure_again(measure_cloud, cloud, s, run) if s.repeat else measure_cloud(cloud, s, run)
 
 
 def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
@@ -110,7 +112,7 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
     scan, resolved = run("survey", take_survey, cloud.points, cloud.quantum_m, s)
     points, scan, s = run("thinning", even_out, cloud, scan, resolved, s)
     cloud = cloud.without_points()
-    points = run("radius filter", radius_filter, points, s)
+    points = run("radius filter", radius_filter, points, scan, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
     points, scan, s = run("strays", drop_strays, points, scan, cloud, s)

@@ -79,6 +79,9 @@ class Pile:
         What the uncertainty consists of.
     volume_by_base_m3
         Volumes above the bases that were compared; null where none were.
+    repeat_m3
+        Largest change of the volume when the scan was measured again, a little otherwise; null
+        where it was not.
     name
         Name of the outline, where one was given.
     material
@@ -105,6 +108,7 @@ class Pile:
     base: str
     budget: Budget
     volume_by_base_m3: Mapping[str, float] | None = None
+    repeat_m3: float | None = None
     name: str | None = None
     material: str | None = None
     reason: str | None = None

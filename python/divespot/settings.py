@@ -84,13 +84,6 @@ class Settings(Checked):
         default=True,
     )
     cell_m: float | None = positive("edge of a cell of the height map, in metres")
-    surface: Literal["auto", "cells", "triangles"] = choice(
-        "what a cell's height is the mean of: the points in it, or the triangles between points; "
-        "auto: triangles where points are few or farther apart than cells are wide",
-        "auto",
-        "cells",
-        "triangles",
-    )
     margin_m: float | None = positive(
         "height above the ground from which something counts as an object, in metres"
     )
@@ -110,6 +103,10 @@ class Settings(Checked):
         "as in the paper), surface=FILE (an earlier scan of the empty floor, or a saved base)"
     )
     compare_bases: bool = flag("also give each pile's volume above every base that needs no input")
+    repeat: bool = flag(
+        "also measure with another seed, rounded coordinates, 1 % fewer points and every point "
+        "twice, and tell how much each volume changes"
+    )
     density_kg_m3: float | None = positive("bulk density in kg/m3, for the mass")
     density_u_kg_m3: float | None = length(
         "standard uncertainty of the bulk density in kg/m3; none: the material's, else 0"
@@ -156,9 +153,14 @@ class Settings(Checked):
 
         """
         paper = Stages(
-            scene_cluster=True, voxel_m=None, ground_form="level", select="largest", toe_m=0.0
+            scene_cluster=True,
+            voxel_m=None,
+            surface="cells",
+            ground_form="level",
+            select="largest",
+            toe_m=0.0,
         )
-        return cls(surface="cells", base="peak", stages=paper).tuned(**changes)
+        return cls(base="peak", stages=paper).tuned(**changes)
 
     def changed(self, **changes: Unpack[Changes]) -> Settings:
         """Return these settings with some of them changed.

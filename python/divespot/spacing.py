@@ -33,6 +33,8 @@ class Survey:
     sparse_m
         The same as `spacing_m` where points are few: three quarters of the surface are as dense
         at least.
+    positions
+        Distinct positions; as many as points where none of those looked at are shared.
 
     """
 
@@ -42,6 +44,7 @@ class Survey:
     at_m: NDArray[np.float64]
     normals: NDArray[np.float64]
     sparse_m: float
+    positions: int
 
 
 def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:

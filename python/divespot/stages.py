@@ -27,6 +27,13 @@ class Stages(Checked):
         *(0.0,),
         derivable=True,
     )
+    surface: Literal["auto", "cells", "triangles"] = choice(
+        "what a cell's height is the mean of: the points in it, or the triangles between points; "
+        "auto: triangles where points are few or farther apart than cells are wide",
+        "auto",
+        "cells",
+        "triangles",
+    )
     plane_threshold_m: float | None = positive(
         "distance within which a point supports a plane, in metres"
     )

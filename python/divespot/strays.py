@@ -29,7 +29,7 @@ def drop_strays(
     of points became one. The ground is first found roughly among all points, then its thickness
     among those that are left.
     """
-    if settings.surface == "cells":
+    if settings.stages.surface == "cells":
         return points, found, settings
     rough = by_flatness(settings, flatness(found, settings))
     pose = find_pose(points, found, cloud, rough)

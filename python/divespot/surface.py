@@ -76,7 +76,7 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
     nothing = np.zeros(len(points), dtype=np.bool_)
     if settings.stages.ground_form == "level":
         return Surface(points, ~nothing, nothing)
-    few = settings.surface == "triangles"
+    few = settings.stages.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     anywhere = not needs_ground(settings)
     voxel_m = THINNED * scan.spacing_m
@@ -124,7 +124,7 @@ def _cells(points: NDArray[np.float64], cell_m: float) -> int:
 
 def map_heights(surface: Surface, settings: Settings) -> HeightMap:
     """Average the surface's points over the cells of a grid that lies over all of them."""
-    cell_m, triangulated = given(settings.cell_m), settings.surface == "triangles"
+    cell_m, triangulated = given(settings.cell_m), settings.stages.surface == "triangles"
     raw = _native.height_map(
         surface.points, cell_m, triangulated, surface.is_on, settings.threads, own=True
     )

@@ -35,7 +35,7 @@ def take_survey(
     found = Survey(*_native.survey(points, settings.seed, settings.threads, own=True))
     apart_m = max(*steps_m[:2], found.spacing_m)
     found = replace(found, spacing_m=apart_m, sparse_m=max(apart_m, found.sparse_m))
-    return found, by_survey(settings, found, len(points))
+    return found, by_survey(settings, found)
 
 
 def even_out(

@@ -59,6 +59,12 @@ SCHEMA = "divespot.evaluation/1"
     is_flag=True,
     help="measure each simulated scan by the paper's method as well, and compare by kind",
 )
+@click.option(
+    "--repeat",
+    is_flag=True,
+    help="measure each scan again with another seed, rounded, thinned by 1 % and with every point "
+    "twice, and tell how many piles change by less than a third of their u95",
+)
 @jobs_option
 @click.option(
     "--out",
@@ -75,6 +81,7 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     first_seed: int,
     density: float,
     paper: bool,  # noqa: FBT001 - click's call
+    repeat: bool,  # noqa: FBT001 - click's call
     jobs: int,
     out: str | None,
     json_file: str | None,
@@ -99,6 +106,7 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
             density=density,
             scans=scans,
             paper=paper,
+            repeat=repeat,
             jobs=jobs,
             folder=out,
             on_round=on_round,

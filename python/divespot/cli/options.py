@@ -28,8 +28,8 @@ STAGES = {item.name: item for item in dataclasses.fields(Stages)}
 GROUPS = {
     "The scan": ("unit", "crs", "columns", "classes", "returns", "crop"),
     "The ground": ("up", "max_tilt_deg", "level"),
-    "The surface": ("radius_m", "cell_m", "surface", "margin_m"),
-    "What is measured, and above what": ("outline", "inside", "base", "compare_bases"),
+    "The surface": ("radius_m", "cell_m", "margin_m"),
+    "What is measured, and above what": ("outline", "inside", "base", "compare_bases", "repeat"),
     "Mass": ("material", "density_kg_m3", "density_u_kg_m3"),
     "The run": ("preset", "seed", "threads"),
     "The paper's method, with --preset paper": tuple(STAGES),

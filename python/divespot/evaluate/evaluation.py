@@ -97,6 +97,7 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
     scans: str | os.PathLike[str] | None = None,
     settings: Settings | None = None,
     paper: bool = False,
+    repeat: bool = False,
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     on_round: Callable[[int, int], None] | None = None,
@@ -120,6 +121,9 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
         Settings of the measurement; `Settings()` unless given.
     paper
         Measure the simulated scans by the paper's method as well.
+    repeat
+        Measure each scan again a little otherwise, as the setting of that name does: five times the
+        work.
     jobs, folder
         Processes, and where finished rounds are kept (`divespot.evaluate.run_rounds`).
     on_round
@@ -138,7 +142,7 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
     by_paper = switch("paper", paper)
     if settings is not None:
         require_kind("settings", settings, Settings)
-    chosen = settings or Settings()
+    chosen = (settings or Settings()).changed(repeat=switch("repeat", repeat))
     everything = ("*",) if scans is None else ()
     names = _names(everything if scenes is None else scenes)
     simulated = [

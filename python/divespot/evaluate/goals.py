@@ -93,6 +93,7 @@ def goals(evaluation: Evaluation) -> list[Goal]:
         *_no_pile(evaluation),
         *_coverage(evaluation.whole),
         *_coverage_by_kind(evaluation),
+        *_stable(evaluation),
         *_no_worse(evaluation),
         *_real(evaluation.real),
     ]
@@ -178,6 +179,14 @@ def _coverage_by_kind(evaluation: Evaluation) -> Iterator[Goal]:
             verdict: Verdict = "reached" if low <= share <= high else "missed"
             wanted = f"{100 * low:g} to {100 * high:g}"
             yield Goal(f"u95 holds the truth, {kind}", wanted, share, verdict)
+
+
+def _stable(evaluation: Evaluation) -> Iterator[Goal]:
+    for kind, summary in evaluation.summaries().items():
+        share = summary.piles.stable
+        if share is not None:
+            verdict: Verdict = "reached" if share == 1.0 else "missed"
+            yield Goal(f"{kind}: stable within u95 / 3", "100", share, verdict)
 
 
 def _no_worse(evaluation: Evaluation) -> Iterator[Goal]:

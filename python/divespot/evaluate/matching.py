@@ -47,7 +47,7 @@ def match(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome
     for number, truth_m3 in enumerate(taken.volumes_m3, start=1):
         if number in best:
             found = report.piles[best[number]]
-            piles.append(PileOutcome(truth_m3, found.volume_m3, found.u95_m3))
+            piles.append(_outcome(truth_m3, found))
         else:
             other = reasons.get(number)
             piles.append(PileOutcome(truth_m3, instead=None if other is None else other.reason))
@@ -71,7 +71,11 @@ def one_pile(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutc
     if not objects:
         return [PileOutcome(truth_m3)], []
     found = max(objects, key=lambda item: item.volume_m3)
-    return [PileOutcome(truth_m3, found.volume_m3, found.u95_m3)], []
+    return [_outcome(truth_m3, found)], []
+
+
+def _outcome(truth_m3: float, found: Pile) -> PileOutcome:
+    return PileOutcome(truth_m3, found.volume_m3, found.u95_m3, repeat_m3=found.repeat_m3)
 
 
 def _owners(taken: SimulatedScan, found: Sequence[Pile]) -> list[int]:

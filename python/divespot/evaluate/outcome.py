@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from divespot.repeated import STABLE
+
 
 @dataclass(frozen=True)
 class PileOutcome:
@@ -18,6 +20,9 @@ class PileOutcome:
         The measured volume and its expanded uncertainty; None if no pile was found there.
     instead
         Why what was found there is called no pile; None if a pile was found, or nothing at all.
+    repeat_m3
+        How much the volume changed when the scan was measured again a little otherwise; None if
+        it was not.
 
     """
 
@@ -25,6 +30,7 @@ class PileOutcome:
     volume_m3: float | None = None
     u95_m3: float | None = None
     instead: str | None = None
+    repeat_m3: float | None = None
 
     @property
     def error(self) -> float:
@@ -37,6 +43,13 @@ class PileOutcome:
         if self.volume_m3 is None or self.u95_m3 is None:
             return False
         return abs(self.volume_m3 - self.truth_m3) <= self.u95_m3
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether it changed by a third of its u95 at most; None if that was not tried."""
+        if self.repeat_m3 is None or self.u95_m3 is None:
+            return None
+        return self.repeat_m3 <= STABLE * self.u95_m3
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,9 @@ class ErrorStatistics:
         Share of the volumes whose truth lies within the expanded uncertainty.
     median_u95
         Median expanded uncertainty, as a share of the true volume, of those that were found.
+    stable
+        Share of those that were measured again a little otherwise that changed by a third of their
+        expanded uncertainty at most.
 
     """
 
@@ -41,6 +44,7 @@ class ErrorStatistics:
     bias: float | None
     coverage: float | None
     median_u95: float | None
+    stable: float | None = None
 
     @classmethod
     def of(cls, volumes: Iterable[PileOutcome]) -> ErrorStatistics:
@@ -49,6 +53,7 @@ class ErrorStatistics:
         if not known:
             return cls(0, None, None, None, None, None)
         errors = [one.error for one in known]
+        stable = [one.stable for one in known if one.stable is not None]
         u95 = [one.u95_m3 / one.truth_m3 for one in known if one.u95_m3 is not None]
         return cls(
             count=len(known),
@@ -57,6 +62,7 @@ class ErrorStatistics:
             bias=statistics.fmean(errors),
             coverage=statistics.fmean(one.covered for one in known),
             median_u95=statistics.median(u95) if u95 else None,
+            stable=statistics.fmean(stable) if stable else None,
         )
 
 

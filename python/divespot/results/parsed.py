@@ -16,7 +16,16 @@ Kind = TypeVar("Kind", bound=Report)
 
 #: What of a report is null where it is absent; other nulls stand for what is not a number.
 _MAY_BE_ABSENT = {
-    *("path", "crs", "mass_kg", "u95_mass_kg", "volume_by_base_m3", "name", "material"),
+    *(
+        "path",
+        "crs",
+        "mass_kg",
+        "u95_mass_kg",
+        "volume_by_base_m3",
+        "repeat_m3",
+        "name",
+        "material",
+    ),
     "reason",
 }
 

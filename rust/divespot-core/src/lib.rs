@@ -35,6 +35,7 @@ pub mod neighbors;
 pub mod piles;
 pub mod plane;
 pub mod pose;
+pub mod positions;
 pub mod sample;
 pub mod sensor;
 pub mod simple_polygon;

@@ -3,14 +3,12 @@
 //! All default lengths follow from here, so a heap of 10 cm and a stockpile of 30 m are measured
 //! with the same settings.
 
-use std::cmp::Ordering;
-
-use crate::cancel::poll;
 use crate::error::{Error, Result};
 use crate::fixed::Fixed;
 use crate::moments::Moments;
 use crate::nearest::Tree;
 use crate::parallel::{both, map_chunks};
+use crate::positions::distinct;
 use crate::sample::sample;
 use crate::{Bounds, Point, thread_count};
 
@@ -47,6 +45,8 @@ pub struct Normal {
 /// What a cloud says of itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
+    /// Distinct positions; as many as points where none of those looked at are shared.
+    pub positions: usize,
     /// Typical distance between neighbouring points: the step of a square grid, about
     /// 1.1 / √(points per m²) on a random surface, twice the step of a line.
     pub spacing_m: f64,
@@ -92,14 +92,18 @@ struct Neighborhood {
 /// # Ok::<(), divespot_core::Error>(())
 /// ```
 pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
-    let seen = match neighborhoods(points, seed, threads)? {
-        seen if seen.iter().any(|n| n.crowded) => neighborhoods(&distinct(points), seed, threads)?,
-        seen => seen,
-    };
+    let mut positions = points.len();
+    let mut seen = neighborhoods(points, seed, threads)?;
+    if seen.iter().any(|n| n.crowded) {
+        let distinct = distinct(points);
+        positions = distinct.len();
+        seen = neighborhoods(&distinct, seed, threads)?;
+    }
     let spacings = sorted(seen.iter().map(|n| n.spacing_m).collect());
     let roughness = sorted(seen.iter().filter_map(|n| Some(n.surface?.1)).collect());
     let spacing_m = quantile(&spacings, 1, 2);
     Ok(Survey {
+        positions,
         spacing_m,
         sparse_m: sparse(&seen, quantile(&roughness, 1, 2)),
         regular: quantile(&spacings, 3, 5) - quantile(&spacings, 2, 5) <= REGULAR * spacing_m,
@@ -125,17 +129,6 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
         asked[range].iter().map(look).collect::<Vec<_>>()
     });
     Ok(parts.into_iter().flatten().collect())
-}
-
-/// Every position once.
-fn distinct(points: &[Point]) -> Vec<Point> {
-    let mut positions = points.to_vec();
-    positions.sort_unstable_by(|a, b| {
-        poll();
-        a.partial_cmp(b).unwrap_or(Ordering::Equal)
-    });
-    positions.dedup();
-    positions
 }
 
 /// The spacing of [`survey`] alone.

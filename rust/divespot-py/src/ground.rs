@@ -9,8 +9,9 @@ use crate::interrupt::{attempted, detached};
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Near, Rows, need, restored, rows};
 
-/// Spacing, whether it is regular, roughness, places and normals, and spacing where points are few.
-type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>, f64);
+/// Spacing, whether it is regular, roughness, places and normals, spacing where points are few, and
+/// distinct positions.
+type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>, f64, usize);
 
 #[pyfunction]
 pub(crate) fn survey<'py>(
@@ -27,7 +28,8 @@ pub(crate) fn survey<'py>(
         survey.normals.into_iter().map(|n| (n.at, n.normal)).unzip();
     let at = rows(py, restored(near.origin(), at))?;
     let normals = rows(py, normals)?;
-    Ok((survey.spacing_m, survey.regular, survey.roughness_m, at, normals, survey.sparse_m))
+    let (spacing_m, regular, roughness_m) = (survey.spacing_m, survey.regular, survey.roughness_m);
+    Ok((spacing_m, regular, roughness_m, at, normals, survey.sparse_m, survey.positions))
 }
 
 /// The plane, the reason for its side, and whether the scan lies as if the other one were up.

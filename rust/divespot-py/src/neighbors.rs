@@ -12,12 +12,15 @@ pub(crate) fn radius_outlier_mask<'py>(
     min_neighbors: usize,
     threads: usize,
     own: bool,
+    by_position: bool,
 ) -> PyResult<Column<'py, bool>> {
     let near = Near::of(points, own, threads, need::NEIGHBORS)?;
     let points = &*near.points();
-    let mask = attempted(py, || {
-        divespot_core::radius_outlier_mask(points, radius_m, min_neighbors, threads)
-    })?;
+    let masked = match by_position {
+        true => divespot_core::positions::radius_position_mask,
+        false => divespot_core::radius_outlier_mask,
+    };
+    let mask = attempted(py, || masked(points, radius_m, min_neighbors, threads))?;
     Ok(near.spread(mask, false).into_pyarray(py))
 }
 
