@@ -1,7 +1,16 @@
-//! Connected components of a grid's cells.
+//! Which of a grid's cells are connected.
 
 use crate::cancel::{Polled, poll};
 use crate::heightmap::Grid;
+
+/// The cell belongs to no object and is near none.
+pub(crate) const NOBODY: i32 = -1;
+
+pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+/// One direction of each pair of opposite ones.
+pub(crate) const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
+pub(crate) const EIGHT: [(isize, isize); 8] =
+    [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
 /// The connected cells among those that are `left`, by their first cell; `ways` lead from a cell to
 /// its neighbours.
@@ -35,4 +44,32 @@ pub(crate) fn components_joined(
         all.push(cells);
     }
     all
+}
+
+/// The cells that can be reached from the grid's border through `passable` cells.
+pub(crate) fn flood(grid: &Grid, passable: impl Fn(usize) -> bool) -> Vec<bool> {
+    let border = (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
+    spread(grid, border, passable)
+}
+
+/// The cells that can be reached from `seeds` through `passable` cells, `seeds` included.
+pub(crate) fn spread(
+    grid: &Grid,
+    seeds: Vec<usize>,
+    passable: impl Fn(usize) -> bool,
+) -> Vec<bool> {
+    let mut reached = vec![false; grid.len()];
+    let mut stack = seeds;
+    stack.iter().for_each(|&cell| reached[cell] = true);
+    while let Some(cell) = stack.pop() {
+        poll();
+        for (dx, dy) in FOUR {
+            let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
+            if !reached[n] && passable(n) {
+                reached[n] = true;
+                stack.push(n);
+            }
+        }
+    }
+    reached
 }

@@ -2,8 +2,8 @@
 
 use crate::cancel::poll;
 
-use super::boruvka::Edge;
 use super::forest::Forest;
+use super::rounds::Edge;
 
 /// No cluster.
 pub(super) const NONE: u32 = u32::MAX;

@@ -10,6 +10,7 @@ mod forest;
 mod found;
 mod knn;
 mod label;
+mod rounds;
 mod search;
 mod select;
 mod tree;
@@ -113,7 +114,7 @@ pub fn hdbscan(points: &[Point], settings: &Settings) -> Result<Clusters> {
     let epsilon = settings.cluster_selection_epsilon * frame.scale;
     let owners = select::select(&condensed.clusters, settings, epsilon);
     let (labels, probabilities) = label::label(points, &rows, &condensed, &owners, epsilon);
-    let metres = |edge: &boruvka::Edge| f64::from(edge.weight).sqrt() / frame.scale;
+    let metres = |edge: &rounds::Edge| f64::from(edge.weight).sqrt() / frame.scale;
     Ok(Clusters { labels, probabilities, mst_weights: edges.iter().map(metres).collect() })
 }
 

@@ -1,6 +1,6 @@
 //! The search of a leaf's points for the lightest edges out of their components.
 
-use super::boruvka::{Exit, NONE, Rounds, offer};
+use super::rounds::{Exit, NONE, Rounds, offer};
 use super::tree::{LEAF, Node, Visitor, larger, smaller};
 
 /// A point that looks for the lightest edge out of its component.

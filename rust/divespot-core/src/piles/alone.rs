@@ -2,9 +2,11 @@
 
 use super::base::Base;
 use super::object::{above_base, why_no_pile};
-use super::patch::{Patch, Scene};
+use super::patch::Patch;
 use super::ring::ring_plane;
-use super::{Settings, bank, face, gaps, valley, wall};
+use super::scene::Scene;
+use super::settings::Settings;
+use super::{banks, face, gaps, valley, wall};
 
 /// The piles of one object, each as `found` and as a `whole` with its flanks; their ground is the
 /// ground around all of them.
@@ -43,5 +45,5 @@ fn at_walls(
         return (found, whole);
     }
     let whole = face::continued_to_faces(whole, scene, base, settings.margin_m);
-    (found, bank::with_toe(whole))
+    (found, banks::with_toe(whole))
 }

@@ -6,9 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use super::territory::{FOUR, NOBODY, Territory};
+use super::territory::Territory;
 use crate::cancel::Polled;
 use crate::connectivity::components_joined;
+use crate::connectivity::{FOUR, NOBODY};
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
@@ -86,9 +87,10 @@ impl Around<'_> {
 
 #[cfg(test)]
 mod tests {
+    use crate::connectivity::NOBODY;
     use crate::piles::found::Found;
     use crate::piles::tests::{CELL, exact, settings};
-    use crate::piles::{NOBODY, Object, measure};
+    use crate::piles::{Object, measure};
 
     const HIGH: f64 = 0.1;
 

@@ -1,40 +1,21 @@
-//! The face of a bank, or a wall, that goes on below a pile which leans on it.
-//!
-//! A heap poured against a bench lies on its face. Where the bank rises from the edge of the heap, it
-//! goes on under it as it came, until it meets the ground.
+//! Banks and walls that go on below a pile which leans on them.
 
-use std::sync::Arc;
-
-use super::base::{Base, Kind, value, weighted_plane};
-use super::buried::buried;
-use super::near_plane::places_about;
-use super::patch::{Patch, Zone};
-use super::territory::FOUR;
-use crate::count::to_f64;
 use crate::heightmap::Grid;
-use crate::hypotenuse::Hypotenuse;
-use crate::material::GENTLE;
 
 /// A bank goes on as it is in its cells so many columns and rows around the nearest.
-const SUPPORT: usize = 4;
-/// Steeper than this, as rise over run, nothing to speak of lies on a face: 74°.
-const STEEPEST: f64 = 3.5;
+pub(super) const SUPPORT: usize = 4;
 /// The toe lies on so many cells of it.
-const TOE: usize = 2;
+pub(super) const TOE: usize = 2;
 /// What lies farther from an object tells nothing of the bank beside it, in columns and rows.
 pub(crate) const REACH: usize = TOE + SUPPORT;
-/// A cell's mean height is that of so many places along its edge.
-const PARTS: usize = 4;
-/// With fewer cells its slope is not known.
-const FEWEST: usize = 6;
 
 /// Heights of banks and walls below an object; NaN where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bank {
-    grid: Grid,
-    heights_m: Vec<f64>,
+    pub(super) grid: Grid,
+    pub(super) heights_m: Vec<f64>,
     /// Standard uncertainty of the mean height over a cell.
-    u_m: Vec<f64>,
+    pub(super) u_m: Vec<f64>,
 }
 
 impl Bank {
@@ -49,96 +30,4 @@ impl Bank {
     pub(crate) fn u_m(&self, p: [f64; 2]) -> f64 {
         if self.grid.holds(&[p[0], p[1], 0.0]) { self.u_m[self.grid.cell(&p)] } else { 0.0 }
     }
-
-    /// The banks and walls that go on under an object above its base, and those that its toe lies on;
-    /// `None` where there are none.
-    pub(crate) fn under(patch: &Patch, base: &Base) -> Option<Arc<Self>> {
-        let mut heights_m = vec![f64::NAN; patch.zones.len()];
-        let mut front = Vec::new();
-        for cell in (0..heights_m.len()).filter(|&cell| patch.banks[cell]) {
-            if held(patch, cell) {
-                heights_m[cell] =
-                    go_on(patch, cell, cell).map_or(f64::NAN, |face| face.above(base, patch, cell));
-            }
-            front.push((cell, cell));
-        }
-        while let Some((bank, cell)) = front.pop() {
-            for n in four(patch, cell).filter(|&n| held(patch, n) && !patch.banks[n]) {
-                let Some(face) = go_on(patch, bank, n) else { continue };
-                let height_m = face.above(base, patch, n);
-                let lower = face.height_m < patch.heights_m[bank] && height_m < patch.heights_m[n];
-                let known = heights_m[n].is_nan() || heights_m[n] < height_m;
-                if lower && known && height_m > base.at(patch.grid.center(n)) {
-                    heights_m[n] = height_m;
-                    front.push((bank, n));
-                }
-            }
-        }
-        let mut u_m = vec![0.0; heights_m.len()];
-        for wall in buried(patch) {
-            let high_m = wall.top_m - base.at(patch.grid.center(wall.cell));
-            heights_m[wall.cell] = wall.top_m.max(heights_m[wall.cell]);
-            u_m[wall.cell] = wall.u_share * high_m.max(0.0);
-        }
-        let any = heights_m.iter().any(|h| !h.is_nan());
-        any.then(|| Arc::new(Self { grid: patch.grid, heights_m, u_m }))
-    }
-}
-
-/// The object with its toe on the banks beside it: in the cells in which they meet there is some of
-/// both.
-pub(crate) fn with_toe(mut patch: Patch) -> Patch {
-    let beside = |&cell: &usize| {
-        let near = || patch.around(cell, TOE).any(|n| patch.zones[n] == Zone::Core);
-        patch.banks[cell] && patch.zones[cell] == Zone::Outside && near()
-    };
-    let toe: Vec<usize> = (0..patch.zones.len())
-        .filter(beside)
-        .filter(|&cell| go_on(&patch, cell, cell).is_some())
-        .collect();
-    toe.into_iter().for_each(|cell| patch.zones[cell] = Zone::Toe);
-    patch
-}
-
-/// A bank's face about a cell.
-struct Face {
-    height_m: f64,
-    slope: [f64; 2],
-}
-
-impl Face {
-    /// The mean height over a cell of whichever is higher, the face or the base.
-    fn above(&self, base: &Base, patch: &Patch, cell: usize) -> f64 {
-        let [x, y] = patch.grid.center(cell);
-        let at = |k: usize| (to_f64(k) + 0.5) / to_f64(PARTS) - 0.5;
-        let height = |k: usize| {
-            let off = [at(k % PARTS), at(k / PARTS)].map(|part| part * patch.grid.cell_m);
-            let face_m = self.height_m + self.slope[0] * off[0] + self.slope[1] * off[1];
-            face_m.max(base.at([x + off[0], y + off[1]]))
-        };
-        (0..PARTS * PARTS).map(height).sum::<f64>() / to_f64(PARTS * PARTS)
-    }
-}
-
-fn held(patch: &Patch, cell: usize) -> bool {
-    matches!(patch.zones[cell], Zone::Core | Zone::Toe)
-}
-
-fn four(patch: &Patch, cell: usize) -> impl Iterator<Item = usize> {
-    patch.grid.neighbors(cell, &FOUR)
-}
-
-/// The face about a cell as the bank's cells around one of them let expect, where it goes down there
-/// and material could lie on it. Cells beside the object hold some of it, too.
-fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<Face> {
-    let beside = |n: usize| patch.around(n, TOE).any(|n| patch.zones[n] == Zone::Core);
-    let clean = patch.around(bank, SUPPORT).filter(|&n| patch.banks[n] && !beside(n));
-    let local = places_about(&patch.grid, &patch.heights_m, cell, clean);
-    if local.len() < FEWEST {
-        return None;
-    }
-    let plane = weighted_plane(&local, std::iter::repeat(1.0), Kind::Ring)?;
-    let slope = [plane[1], plane[2]];
-    let lies = (GENTLE..STEEPEST).contains(&slope[0].hypotenuse(slope[1]));
-    lies.then_some(Face { height_m: value(&plane, &[0.0; 3]), slope })
 }

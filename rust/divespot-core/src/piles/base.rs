@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::bank::Bank;
 use super::crease::Crease;
 use super::nodes::Nodes;
-use super::patch::Patch;
 use super::sectors::Sectors;
 use super::surface::Surface;
 use super::waves::{Footprint, Waves};
@@ -15,6 +14,7 @@ use crate::count::to_f64;
 use crate::film::Film;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
+use crate::near_plane::{value, weighted_plane};
 use crate::robust::{median, scale};
 
 /// Fewer cells than this carry no plane of their own.
@@ -116,12 +116,14 @@ impl Base {
         self.bank.as_ref().map_or(ground, |bank| ground.max(bank.at(p)))
     }
 
-    /// The base with the banks that go on under an object; a surface that was given has them.
-    pub(crate) fn with_banks(self, patch: &Patch) -> Self {
-        if self.surface.is_some() {
-            return self;
-        }
-        Self { bank: Bank::under(patch, &self), ..self }
+    /// The base with banks that go on under an object.
+    pub(super) fn with_bank(self, bank: Option<Arc<Bank>>) -> Self {
+        Self { bank, ..self }
+    }
+
+    /// Whether it is a surface that was given.
+    pub(super) fn is_surface(&self) -> bool {
+        self.surface.is_some()
     }
 
     /// Whether the base rests on what was seen or given at a place of the height map.
@@ -227,10 +229,6 @@ impl Base {
     }
 }
 
-pub(crate) fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
-    plane[0] + plane[1] * p[0] + plane[2] * p[1]
-}
-
 /// Cells with their places about a centre.
 fn about(center_m: [f64; 2], cells: &[[f64; 3]]) -> Vec<[f64; 3]> {
     cells.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect()
@@ -257,7 +255,7 @@ fn robust_plane(local: &[[f64; 3]], sectors: &Sectors, kind: Kind) -> Option<Vec
         let reach = REACH * wander(&off, sectors).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
         let weights = off.iter().zip(&even).map(|(r, even)| even * weigh(r));
-        plane = weighted_plane(local, weights, kind)?;
+        plane = weighted_plane(local, weights, kind == Kind::Ring)?;
     }
     Some(plane)
 }
@@ -266,24 +264,6 @@ fn robust_plane(local: &[[f64; 3]], sectors: &Sectors, kind: Kind) -> Option<Vec
 /// that is the larger. A sector that lies lower than the others is ground, not a stray.
 fn wander(off: &[f64], sectors: &Sectors) -> f64 {
     scale(off.iter().copied()).max(scale(sectors.medians(off)))
-}
-
-pub(crate) fn weighted_plane(
-    local: &[[f64; 3]],
-    weights: impl Iterator<Item = f64>,
-    kind: Kind,
-) -> Option<Vector3<f64>> {
-    let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    let tilted = if kind == Kind::Ring { 1.0 } else { 0.0 };
-    for (p, weight) in local.iter().zip(weights) {
-        let row = Vector3::new(1.0, tilted * p[0], tilted * p[1]);
-        matrix += weight * row * row.transpose();
-        right += weight * p[2] * row;
-    }
-    if tilted == 0.0 {
-        return (matrix[(0, 0)] > 0.0).then(|| Vector3::new(right[0] / matrix[(0, 0)], 0.0, 0.0));
-    }
-    matrix.cholesky().map(|c| c.solve(&right))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::base::Base;
 use super::gaps::Filled;
 use super::patch::{Patch, Zone};
-use super::territory::FOUR;
+use crate::connectivity::FOUR;
 use crate::hypotenuse::Hypotenuse;
 
 /// Standard uncertainties of a volume; independent of each other.

@@ -6,7 +6,8 @@
 
 use super::axis::{dot, main_axis};
 use super::patch::{Patch, Zone};
-use super::territory::{EIGHT, Territory};
+use super::territory::Territory;
+use crate::connectivity::EIGHT;
 use crate::connectivity::components;
 use crate::count::to_f64;
 use crate::robust::median;

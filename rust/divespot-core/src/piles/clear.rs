@@ -3,7 +3,9 @@
 //! What stands a little higher than the ground is known to be flat may be a wave of it, haze, or
 //! what registration left. It is no pile unless more of it is there than may be nothing.
 
-use super::{Object, Reason, Settings};
+use super::object::Object;
+use super::settings::Settings;
+use super::shape::Reason;
 
 /// A volume of fewer standard uncertainties may be nothing: u95 reaches down to it.
 const DETECTED: f64 = 2.0;

@@ -1,7 +1,7 @@
 //! Where a cloud ends across an object, cut out by somebody or by the edge of the view.
 
+use super::part::Part;
 use super::patch::Patch;
-use super::region::Part;
 use crate::count::to_f64;
 
 /// The cells this near tell how many points a whole cell holds.

@@ -7,17 +7,26 @@
 //! bias of adding up only what exceeds it).
 
 use super::base::Base;
-use super::face::{Faces, continued_to_faces};
+use super::earlier::noise;
+use super::face::continued_to_faces;
+use super::faces::Faces;
 use super::found::Found;
-use super::object::{above_base, object};
-use super::patch::{Patch, Reach, Scene, flood};
-use super::surface::{Surface, noise};
-use super::territory::{NOBODY, Territory};
-use super::{Object, Reason, Settings, cut, gaps, hidden, pieces, valley, wall};
+use super::object::{Object, above_base, object};
+use super::patch::{Patch, Reach};
+use super::scene::Scene;
+use super::settings::Settings;
+use super::shape::Reason;
+use super::surface::Surface;
+use super::territory::Territory;
+use super::{cut, gaps, valley, wall};
 use crate::Point;
+use crate::connectivity::NOBODY;
+use crate::connectivity::flood;
 use crate::error::{Error, Result};
+use crate::extent;
 use crate::heightmap::{Grid, Volume};
 use crate::hypotenuse::Hypotenuse;
+use crate::pieces::pieces;
 
 /// Cells differ where the mean around them does by so many of its standard deviations.
 const CLEAR: f64 = 4.0;
@@ -150,7 +159,7 @@ impl<'a> Rise<'a> {
         };
         let above = |(cell, h): (usize, &f64)| h - lower.at(grid.center(cell));
         let above_m: Vec<f64> = upper.heights_m.iter().enumerate().map(above).collect();
-        let mut heights_m = hidden::without_lone(grid, &above_m);
+        let mut heights_m = extent::without_lone(grid, &above_m);
         let (upper_loose, other_loose) = (loose(upper), other.map_or_else(Vec::new, loose));
         let level = Faces::of(
             grid,
@@ -163,7 +172,7 @@ impl<'a> Rise<'a> {
         faces.walls.is.iter_mut().zip(&level.walls.is).for_each(|(is, other)| *is |= *other);
         (0..grid.len()).filter(|&c| faces.walls.is[c]).for_each(|c| heights_m[c] = f64::NAN);
         let outside = flood(grid, |cell| heights_m[cell].is_nan() && !faces.walls.is[cell]);
-        let hull = hidden::beyond(grid, &heights_m);
+        let hull = extent::beyond(grid, &heights_m);
         let unseen = |cell: usize| heights_m[cell].is_nan() && outside[cell];
         let beyond = (0..grid.len()).map(|cell| hull[cell] || unseen(cell)).collect();
         let base = lower.flattened(noise(grid, &heights_m, upper.independent()));

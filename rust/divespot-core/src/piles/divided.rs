@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::found::Found;
-use super::patch::Scene;
+use super::scene::Scene;
 use super::standing::GAP;
-use super::territory::{FOUR, NOBODY};
 use crate::connectivity::components_joined;
+use crate::connectivity::{FOUR, NOBODY};
 use crate::count::to_f64;
 
 /// What meets ground along less than this share of the edge of a square of its size meets none, and

@@ -2,11 +2,12 @@
 
 use super::base::Base;
 use super::face::continued_to_faces;
-use super::patch::{Patch, Scene, Zone};
-use super::region::Part;
-use super::territory::{EIGHT, FOUR};
+use super::part::Part;
+use super::patch::{Patch, Zone};
+use super::scene::Scene;
 use super::wall;
 use crate::connectivity::components;
+use crate::connectivity::{EIGHT, FOUR};
 
 /// The region up to the faces of the walls in it.
 ///

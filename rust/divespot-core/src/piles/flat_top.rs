@@ -6,11 +6,11 @@
 //! which is the number of its points on the top over that of the cells around it which lie wholly
 //! on the top.
 
-use super::Object;
-use super::base::{Kind, value, weighted_plane};
+use super::object::Object;
 use crate::count::to_f64;
 use crate::heightmap::{Grid, Volume};
 use crate::hypotenuse::Hypotenuse;
+use crate::near_plane::{value, weighted_plane};
 use crate::robust::median_in;
 use crate::{Bounds, Point};
 
@@ -82,7 +82,7 @@ impl Top {
             if to_f64(local.len()) <= FLAT * to_f64(heights.len()) {
                 return None;
             }
-            top.plane = weighted_plane(&local, std::iter::repeat(1.0), Kind::Ring)?.into();
+            top.plane = weighted_plane(&local, std::iter::repeat(1.0), true)?.into();
             top.height_m = local.iter().map(|p| p[2]).sum::<f64>() / to_f64(local.len());
         }
         Some(top)

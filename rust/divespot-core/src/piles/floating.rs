@@ -5,7 +5,9 @@
 //! a crane, a veil of flying pixels. What lies between it and the surface is air.
 
 use super::flat_top::points_over;
-use super::{Found, Object, Reason};
+use super::found::Found;
+use super::object::Object;
+use super::shape::Reason;
 use crate::heightmap::Grid;
 
 /// An object floats if the surface below it shows at least this share of the points that it has

@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::territory::{AXES, NOBODY};
 use crate::Point;
+use crate::connectivity::{AXES, NOBODY};
 use crate::heightmap::Grid;
 
 /// Points of which those count that are marked, where marks are given.

@@ -8,6 +8,7 @@ mod alone;
 mod around;
 mod axis;
 mod bank;
+mod banks;
 mod base;
 mod budget;
 mod buried;
@@ -16,24 +17,29 @@ mod crease;
 mod cut;
 mod difference;
 mod divided;
+mod earlier;
 mod enclosed;
 mod face;
+mod faces;
 mod flat_top;
 mod floating;
 mod found;
 mod gaps;
 mod hidden;
-mod near_plane;
+mod measure;
 mod nodes;
 mod object;
 mod outline;
+mod part;
+mod part_height;
 mod patch;
-mod pieces;
 mod region;
 mod repose;
 mod retaining;
 mod ring;
+mod scene;
 mod sectors;
+mod settings;
 mod shadow;
 mod shape;
 mod standing;
@@ -44,247 +50,18 @@ mod valley;
 mod wall;
 mod waves;
 
-pub(crate) use base::value;
+pub use crate::pieces::pieces;
 pub use base::{Base, Kind};
 pub use budget::Budget;
 pub use difference::{Seen, measure_difference};
 pub use found::{Found, Marked};
+pub use measure::{base_map, measure};
 pub use object::Object;
-pub use pieces::pieces;
-pub use region::{Region, Ring, measure_inside};
+pub use part::Ring;
+pub use region::{Region, measure_inside};
+pub use settings::Settings;
 pub use shape::Reason;
 pub use surface::Surface;
-
-use std::collections::BTreeMap;
-
-use crate::cancel::Polled;
-use crate::error::{Error, Result};
-use crate::heightmap::Grid;
-use crate::parallel::map_each;
-use crate::thread_count;
-use around::Around;
-use divided::Divided;
-pub(crate) use hidden::beyond;
-pub(crate) use near_plane::{near_plane, places_about};
-use object::{object, why_no_pile};
-use patch::{Patch, Reach, Scene};
-use ring::ring_plane;
-pub(crate) use territory::{AXES, EIGHT, FOUR, NOBODY};
-use things::Things;
-
-/// How objects are measured.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Steps of one cell around the labelled cells that may hold the toe.
-    pub toe_cells: u32,
-    /// Width of the ring of ground beyond the toe, as a share of the edge of a square as large as
-    /// the object.
-    pub ring_share: f64,
-    /// Cells this high above their base are the object's beyond doubt.
-    pub margin_m: f64,
-    /// The base of every object; `None` for the one that the ground around each lets expect.
-    pub base: Option<Base>,
-    /// Further bases whose volumes are wanted for comparison.
-    pub compared: Vec<Option<Base>>,
-    /// The base where a ring says nothing.
-    pub ground: Base,
-    /// Pieces of a thing with no wider gap between them, in cells, are one.
-    pub link_cells: u32,
-    /// A thing of fewer cells is none.
-    pub fewest_cells: usize,
-    /// 0 takes every core that the process may use.
-    pub threads: usize,
-}
-
-/// Measures every object in a levelled height map, and the things off its surface.
-///
-/// `heights_m` holds one value a cell: the height of the surface, NaN where nothing was seen.
-/// Objects come by number, then the things.
-///
-/// # Errors
-///
-/// A number of heights, labels or ground cells that is not the number of cells.
-///
-/// # Examples
-///
-/// ```
-/// use divespot_core::heightmap::height_map;
-/// use divespot_core::piles::{Base, Found, Settings, measure};
-/// use divespot_core::surface::hills;
-///
-/// // A cone 0.2 m high and 0.8 m wide on a floor, a point each 2 cm.
-/// let cone = |x: f64, y: f64| (0.2 - 0.5 * (x - 1.0).hypot(y - 1.0)).max(0.0);
-/// let places = (0..10_000).map(|i| [f64::from(i % 100) * 0.02, f64::from(i / 100) * 0.02]);
-/// let points: Vec<_> = places.map(|[x, y]| [x, y, cone(x, y)]).collect();
-/// let map = height_map(&points, 0.04)?;
-/// let grid = &map.grid;
-/// let ground = Base::ground(0.0, 0.001, 0.001);
-/// let settings = Settings {
-///     toe_cells: 3,
-///     ring_share: 0.15,
-///     margin_m: 0.02,
-///     base: Some(ground.clone()),
-///     compared: Vec::new(),
-///     ground,
-///     link_cells: 2,
-///     fewest_cells: 20,
-///     threads: 0,
-/// };
-/// let found = Found::on_all_else(hills(grid, &map.heights_m)?.labels);
-/// let objects = measure(grid, &map.heights_m, &found, &settings)?;
-/// let truth_m3 = std::f64::consts::PI * 0.4_f64.powi(2) * 0.2 / 3.0;
-/// assert_eq!(objects.len(), 1);
-/// assert_eq!(objects[0].reason, None, "it is a pile");
-/// assert!((objects[0].volume.net_m3() / truth_m3 - 1.0).abs() < 0.01);
-/// # Ok::<(), divespot_core::Error>(())
-/// ```
-pub fn measure(
-    grid: &Grid,
-    heights_m: &[f64],
-    found: &Found,
-    settings: &Settings,
-) -> Result<Vec<Object>> {
-    if found.labels.len() != grid.len() || found.ground.len() != grid.len() {
-        return Err(Error::Degenerate("one label for each cell is needed"));
-    }
-    if found.loose.is_empty() {
-        let mut objects = measured(grid, heights_m, found, settings)?;
-        shadow::mark(grid, heights_m, heights_m, &mut objects);
-        return Ok(objects);
-    }
-    let things = Things::of(grid, heights_m, found, settings);
-    let parts = map_each(&[false, true], thread_count(settings.threads), |&off| match off {
-        false => measured(grid, heights_m, found, settings),
-        true => things.measured(settings),
-    });
-    let mut objects = parts.into_iter().collect::<Result<Vec<_>>>()?.concat();
-    shadow::mark(grid, heights_m, &things.with_things_m, &mut objects);
-    Ok(objects)
-}
-
-fn measured(
-    grid: &Grid,
-    heights_m: &[f64],
-    found: &Found,
-    settings: &Settings,
-) -> Result<Vec<Object>> {
-    let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
-    let noise_m = settings.ground.noise_m;
-    let heights_m = &scene.heights_m;
-    let open = found.open(grid, heights_m);
-    let around = Around { grid, heights_m, open, ground: &found.ground, noise_m };
-    let divided = Divided::of(&scene, found);
-    let whole = patches(&scene, &divided.labels, &around, settings);
-    // Where no toe is wanted, an object is what was found (paper).
-    if settings.toe_cells == 0 {
-        return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
-    }
-    let bases = bases(&whole, &planes(&whole, settings), settings);
-    drop(whole);
-    let labels = clear_of_ground(&scene, &divided.labels, &bases, settings);
-    let alone = |(n, found, whole): &(i32, Patch, Patch)| -> Vec<Object> {
-        let parts = alone::alone(found.clone(), whole.clone(), &scene, settings);
-        parts.iter().map(|(found, whole)| object(*n, found, whole, settings)).collect()
-    };
-    let pairs = with_their_flanks(&scene, &labels, &around, settings);
-    let mut objects = map_each(&pairs, thread_count(settings.threads), alone).concat();
-    clear::mark(&mut objects, settings);
-    if settings.base.is_none() {
-        let walled_in = objects.iter_mut().filter(|o| o.label >= divided.first_apart);
-        walled_in.for_each(|object| object.reason = Some(Reason::CutOff));
-    }
-    Ok(objects)
-}
-
-/// The objects, each as it was found and as a whole with its flanks.
-fn with_their_flanks(
-    scene: &Scene<'_>,
-    labels: &[i32],
-    around: &Around<'_>,
-    settings: &Settings,
-) -> Vec<(i32, Patch, Patch)> {
-    let found = patches(scene, labels, around, settings);
-    let planes = planes(&found, settings);
-    let flanked = with_flanks(scene, labels, &found, &planes, settings);
-    if flanked == labels {
-        let pair = |((n, found), plane): ((i32, Patch), _)| {
-            let whole = found.clone().with_plane(plane);
-            (n, found, whole)
-        };
-        return found.into_iter().zip(planes).map(pair).collect();
-    }
-    let mut whole: BTreeMap<i32, Patch> =
-        patches(scene, &flanked, around, settings).into_iter().collect();
-    found.into_iter().filter_map(|(n, found)| Some((n, found, whole.remove(&n)?))).collect()
-}
-
-/// The base below every cell that was measured, NaN elsewhere.
-#[must_use]
-pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
-    let mut map = vec![f64::NAN; grid.len()];
-    objects.iter().flat_map(|o| &o.base_m).for_each(|p| map[grid.cell(p)] = p[2]);
-    map
-}
-
-/// The labels of the cells that were seen to stand clear of the ground around each object.
-fn clear_of_ground(
-    scene: &Scene<'_>,
-    labels: &[i32],
-    bases: &BTreeMap<i32, Base>,
-    settings: &Settings,
-) -> Vec<i32> {
-    let clear = |(cell, &label): (usize, &i32)| {
-        let base = bases.get(&label)?;
-        let above_m = scene.heights_m[cell] - base.at(scene.grid.center(cell));
-        (above_m > settings.margin_m).then_some(label)
-    };
-    labels.iter().enumerate().polled().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
-}
-
-/// The plane of the ground around each object; `None` where the ring says nothing.
-fn planes(patches: &[(i32, Patch)], settings: &Settings) -> Vec<Option<Base>> {
-    let plane = |(_, patch): &(i32, Patch)| ring_plane(patch).map(|(plane, _)| plane);
-    map_each(patches, thread_count(settings.threads), plane)
-}
-
-fn bases(
-    patches: &[(i32, Patch)],
-    planes: &[Option<Base>],
-    settings: &Settings,
-) -> BTreeMap<i32, Base> {
-    let base = |plane: &Option<Base>| plane.clone().unwrap_or_else(|| settings.ground.clone());
-    patches.iter().zip(planes).map(|((n, _), plane)| (*n, base(plane))).collect()
-}
-
-/// The labels, and with them the hidden cells over which each pile runs down to the ground.
-fn with_flanks(
-    scene: &Scene<'_>,
-    labels: &[i32],
-    found: &[(i32, Patch)],
-    planes: &[Option<Base>],
-    settings: &Settings,
-) -> Vec<i32> {
-    let mut bases = bases(found, planes, settings);
-    // Only a pile stands at an angle of repose.
-    for (n, patch) in found {
-        if why_no_pile(patch, &bases[n], settings).is_some() {
-            bases.remove(n);
-        }
-    }
-    hidden::with_hidden_flanks(scene, labels, &bases)
-}
-
-fn patches(
-    scene: &Scene<'_>,
-    labels: &[i32],
-    around: &Around<'_>,
-    settings: &Settings,
-) -> Vec<(i32, Patch)> {
-    let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
-    let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
-    let territory = around.territory(labels, farthest);
-    Patch::all(scene, labels, &territory, &reach)
-}
 
 #[cfg(test)]
 mod tests;

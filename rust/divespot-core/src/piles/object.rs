@@ -2,11 +2,12 @@
 
 use super::base::{Base, Kind};
 use super::budget::Budget;
+use super::part_height::part_height;
 use super::patch::{Patch, Zone};
-use super::region::part_height;
 use super::ring::{ring, ring_base, ring_plane};
+use super::settings::Settings;
 use super::shape::{self, Reason};
-use super::{Settings, gaps, outline, wall};
+use super::{banks, gaps, outline, wall};
 use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::{Volume, integrate};
@@ -107,7 +108,7 @@ pub(crate) fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings)
         return ring_base(patch).unwrap_or_else(|| settings.ground.clone());
     };
     let (center, ring) = ring(patch);
-    base.clone().held_against(center, &ring).with_banks(patch)
+    banks::with_banks(base.clone().held_against(center, &ring), patch)
 }
 
 /// The volume of the cells that are held, above and below nought.

@@ -2,13 +2,11 @@
 
 use super::bank;
 use super::base::Base;
-use super::face::Faces;
-use super::found::Found;
-use super::hidden;
-use super::region::Part;
-use super::territory::{FOUR, NOBODY, Territory};
+use super::part::Part;
+use super::scene::Scene;
+use super::territory::Territory;
 use crate::cancel::{Polled, poll};
-use crate::error::{Error, Result};
+use crate::connectivity::{NOBODY, flood};
 use crate::heightmap::Grid;
 
 /// What a cell is to the object.
@@ -54,40 +52,6 @@ pub(crate) struct Patch {
     pub(crate) plane: Option<Base>,
     /// The part of each cell that counts, where an outline runs through cells.
     parts: Option<Vec<Part>>,
-}
-
-/// The whole height map.
-pub(crate) struct Scene<'a> {
-    pub(crate) grid: &'a Grid,
-    pub(crate) heights_m: Vec<f64>,
-    /// Cells outside the convex hull of what was seen of the surface and of walls.
-    pub(crate) beyond: Vec<bool>,
-    /// Where faces rise from the surface.
-    pub(crate) faces: Faces,
-    /// Cells of banks that lead to higher ground.
-    pub(crate) banks: Vec<bool>,
-}
-
-impl<'a> Scene<'a> {
-    /// The scene of a height map with one height a cell; cells that are nearly alone count as unseen,
-    /// and so do those in which a face rises: their mean height is that of neither.
-    pub(crate) fn new(
-        grid: &'a Grid,
-        heights_m: &[f64],
-        found: &Found,
-        margin_m: f64,
-    ) -> Result<Self> {
-        if heights_m.len() != grid.len() {
-            return Err(Error::Degenerate("one height for each cell is needed"));
-        }
-        let mut heights_m = hidden::without_lone(grid, heights_m);
-        let faces = Faces::of(grid, &heights_m, found, margin_m);
-        let beyond = faces.beyond(grid, &heights_m);
-        (0..grid.len()).filter(|&c| faces.walls.is[c]).for_each(|c| heights_m[c] = f64::NAN);
-        let is_bank = |cell: usize| found.is_bank(cell) && !heights_m[cell].is_nan();
-        let banks = (0..grid.len()).map(is_bank).collect();
-        Ok(Self { grid, heights_m, beyond, faces, banks })
-    }
 }
 
 /// How far the zones reach from an object's core, in steps.
@@ -306,32 +270,4 @@ fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Wi
         window.rows = (window.rows.0.min(rows.0), window.rows.1.max(rows.1));
     }
     windows
-}
-
-/// The cells that can be reached from the grid's border through `passable` cells.
-pub(crate) fn flood(grid: &Grid, passable: impl Fn(usize) -> bool) -> Vec<bool> {
-    let border = (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
-    spread(grid, border, passable)
-}
-
-/// The cells that can be reached from `seeds` through `passable` cells, `seeds` included.
-pub(crate) fn spread(
-    grid: &Grid,
-    seeds: Vec<usize>,
-    passable: impl Fn(usize) -> bool,
-) -> Vec<bool> {
-    let mut reached = vec![false; grid.len()];
-    let mut stack = seeds;
-    stack.iter().for_each(|&cell| reached[cell] = true);
-    while let Some(cell) = stack.pop() {
-        poll();
-        for (dx, dy) in FOUR {
-            let Some(n) = grid.neighbor(cell, dx, dy) else { continue };
-            if !reached[n] && passable(n) {
-                reached[n] = true;
-                stack.push(n);
-            }
-        }
-    }
-    reached
 }

@@ -1,16 +1,22 @@
 //! Measuring inside given outlines instead of finding objects.
 
 use super::base::FEWEST;
+use super::budget::Budget;
 use super::enclosed::up_to_faces;
+use super::found::Found;
 use super::gaps::ANYWHERE;
 use super::object::{Object, base_of, object, on_base};
-use super::patch::{Patch, Reach, Scene, Zone};
+use super::part::{Part, ROUNDING, Ring, moments, part};
+use super::patch::{Patch, Reach, Zone};
 use super::repose::Repose;
-use super::territory::{NOBODY, Territory};
-use super::{Budget, Found, Settings, hidden};
+use super::scene::Scene;
+use super::settings::Settings;
+use super::territory::Territory;
 use crate::cancel::poll;
+use crate::connectivity::NOBODY;
 use crate::count::to_f64;
 use crate::error::{Error, Result};
+use crate::extent;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
@@ -19,40 +25,17 @@ use crate::material::NEVER_STEEPER;
 const OWN: i32 = 0;
 const OTHERS: i32 = 1;
 
-/// A closed line; its last corner is not its first again.
-pub type Ring = Vec<[f64; 2]>;
-
 const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan is needed";
 
-/// Coverage may be off by this much from rounding.
-const ROUNDING: f64 = 1e-6;
 /// So many cells away, at most, is the surface looked for.
 const NEAREST: [usize; 6] = [1, 2, 4, 8, 16, 32];
 /// What was seen tells nothing of what lies so many cells away.
 const FARTHEST: u32 = 200;
-/// No heap is steeper than two in one; a step is an edge between two surfaces.
-const STEEPEST: f64 = 2.0;
-
 /// An area in plan: counter-clockwise lines around it, clockwise lines around its holes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
     /// The lines, the one to show as the outline first.
     pub rings: Vec<Ring>,
-}
-
-/// The part of a cell that counts.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Part {
-    /// Share of the cell's area.
-    pub(crate) share: f64,
-    /// From the cell's middle to the middle of that part.
-    pub(crate) off_m: [f64; 2],
-    /// Standard uncertainty of the share.
-    pub(crate) u_share: f64,
-}
-
-impl Part {
-    pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2], u_share: 0.0 };
 }
 
 impl Region {
@@ -78,17 +61,6 @@ impl Region {
         let inside = sums.into_iter().enumerate().map(|(cell, sums)| (cell, part(sums, area)));
         Ok(inside.filter(|(_, part)| part.share > 0.0).collect())
     }
-}
-
-pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
-    let share = covered / area;
-    if share < ROUNDING {
-        return Part::default();
-    }
-    if share > 1.0 - ROUNDING {
-        return Part::WHOLE;
-    }
-    Part { share, off_m: [x / covered, y / covered], u_share: 0.0 }
 }
 
 /// Adds what `ring` encloses of each cell: area, and moments about the cell's middle.
@@ -142,43 +114,6 @@ fn split(ring: Ring, axis: usize, at: f64) -> (Ring, Ring) {
         }
     }
     (below, above)
-}
-
-/// Signed area inside a closed line and its first moments about `center`.
-pub(crate) fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
-    let mut sums = [0.0; 3];
-    for (p, q) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-        let [a, b] = [p, q].map(|p| [p[0] - center[0], p[1] - center[1]]);
-        let cross = a[0] * b[1] - b[0] * a[1];
-        sums[0] += cross / 2.0;
-        (0..2).for_each(|k| sums[k + 1] += cross * (a[k] + b[k]) / 6.0);
-    }
-    sums
-}
-
-/// The mean height above the base of the part of a cell that counts.
-///
-/// The slope between the neighbours carries the cell's height from its middle.
-pub(crate) fn part_height(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
-    let part = patch.counted(cell);
-    let rise = |k: usize| {
-        if part.off_m[k] == 0.0 { 0.0 } else { part.off_m[k] * slope(patch, filled, cell, k) }
-    };
-    filled[cell] + rise(0) + rise(1)
-}
-
-fn slope(patch: &Patch, heights: &[f64], cell: usize, k: usize) -> f64 {
-    let next = |step: isize| {
-        let (dx, dy) = if k == 0 { (step, 0) } else { (0, step) };
-        patch.grid.neighbor(cell, dx, dy).map(|n| heights[n]).filter(|h| !h.is_nan())
-    };
-    let slope = match (next(-1), next(1)) {
-        (Some(a), Some(b)) => (b - a) / (2.0 * patch.grid.cell_m),
-        (Some(a), None) => (heights[cell] - a) / patch.grid.cell_m,
-        (None, Some(b)) => (b - heights[cell]) / patch.grid.cell_m,
-        (None, None) => 0.0,
-    };
-    if slope.abs() <= STEEPEST { slope } else { 0.0 }
 }
 
 /// Measures what lies inside each region, in their order; each is called a pile.
@@ -275,7 +210,7 @@ fn u_carried_on_m3(patch: &Patch) -> f64 {
 /// surface and the walls around it is no end of the scan.
 fn beyond(grid: &Grid, heights_m: &[f64], loose_m: &[f64]) -> Vec<bool> {
     let seen = heights_m.iter().zip(loose_m).map(|(&h, &loose)| if h.is_nan() { loose } else { h });
-    hidden::beyond(grid, &seen.collect::<Vec<_>>())
+    extent::beyond(grid, &seen.collect::<Vec<_>>())
 }
 
 /// Whether what lies lowest over a cell off the surface is higher than material could reach from

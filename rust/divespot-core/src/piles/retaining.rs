@@ -4,11 +4,11 @@
 //! ground. But below what hangs the surface goes on, no steeper than material lies; across a wall that
 //! a pile leans on it drops at once.
 
-use super::near_plane::{near_plane, places_about};
-use super::territory::AXES;
+use crate::connectivity::AXES;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::STEEPEST_POURED;
+use crate::near_plane::{near_plane, places_about};
 
 /// It holds back what lies on one side of it in so many of its cells.
 const RETAINED: usize = 8;

@@ -1,5 +1,6 @@
 //! The ring of ground around an object, and the base that it carries.
 
+use super::banks;
 use super::base::Base;
 use super::patch::{Patch, Zone};
 use super::waves::Footprint;
@@ -28,7 +29,7 @@ pub(crate) fn ring_base(patch: &Patch) -> Option<Base> {
     let (plane, mut ground) = ring_plane(patch)?;
     ground.extend(seen(patch, Zone::Beyond));
     let footprint = footprint(patch, plane.center_m);
-    Some(plane.with_waves(&ground, &footprint).with_banks(patch))
+    Some(banks::with_banks(plane.with_waves(&ground, &footprint), patch))
 }
 
 /// The cells of a zone that were seen.

@@ -7,9 +7,10 @@
 
 use std::collections::BTreeSet;
 
-use super::hidden::beyond;
-use super::{Object, Reason};
+use super::object::Object;
+use super::shape::Reason;
 use crate::count::to_f64;
+use crate::extent::beyond;
 use crate::heightmap::Grid;
 
 /// An object's summit is the highest of its cells, this share of them.

@@ -1,15 +1,16 @@
 //! Walls: what stands beside the surface, told by the points off it.
 
-use super::face::FEWEST;
 use super::retaining::{Ends, ends_scan, is_lip, is_retaining};
-use super::territory::EIGHT;
 use crate::Point;
 use crate::cancel::Polled;
+use crate::connectivity::EIGHT;
 use crate::connectivity::components;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 
+/// With fewer points, a face is not known.
+pub(super) const FEWEST: usize = 4;
 /// Gaps in a wall up to twice so many cells wide are what was not seen of it.
 pub(super) const GAP: usize = 2;
 /// A wall rises from the surface in this share of its cells; what hangs over it touches it at most.

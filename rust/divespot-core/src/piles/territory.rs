@@ -1,10 +1,8 @@
 //! Which object a cell is nearest to, and how far away.
 
 use crate::cancel::Polled;
+use crate::connectivity::{EIGHT, FOUR, NOBODY};
 use crate::heightmap::Grid;
-
-/// The cell belongs to no object and is near none.
-pub(crate) const NOBODY: i32 = -1;
 
 /// For every cell the nearest object and the distance to it in steps.
 ///
@@ -16,12 +14,6 @@ pub(crate) struct Territory {
     /// The last cell on the way there that tells how high the way is.
     pub(crate) last: Vec<u32>,
 }
-
-pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
-/// One direction of each pair of opposite ones.
-pub(crate) const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
-pub(crate) const EIGHT: [(isize, isize); 8] =
-    [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
 impl Territory {
     /// Grows every labelled object by up to `reach` steps over `open` cells; where two meet, each

@@ -63,7 +63,7 @@ fn cone_on(floor: impl Fn(f64, f64) -> f64) -> Object {
         .remove(0)
 }
 
-use territory::NOBODY;
+use crate::connectivity::NOBODY;
 
 #[test]
 fn a_cone_on_a_sloping_floor_keeps_its_toe() {

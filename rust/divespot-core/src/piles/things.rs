@@ -1,19 +1,23 @@
 //! Things: what rises from the surface, or hangs over it, and is no bulk material.
 
+use super::found::Found;
 use super::object::Object;
-use super::territory::NOBODY;
-use super::{Found, Reason, Settings, flat_top, floating, measured, pieces};
+use super::settings::Settings;
+use super::shape::Reason;
+use super::{flat_top, floating};
 use crate::cancel::Polled;
-use crate::error::Result;
+use crate::connectivity::NOBODY;
 use crate::fixed::Fixed;
 use crate::heightmap::Grid;
+use crate::pieces::pieces;
 
 /// The connected pieces of what lies above a surface.
 pub(crate) struct Things<'a> {
     grid: &'a Grid,
     all: &'a Found<'a>,
     above: Above,
-    found: Found<'static>,
+    /// Where they stand.
+    pub(crate) found: Found<'static>,
     /// The mean height of the things where there are any, and of the surface elsewhere.
     pub(crate) with_things_m: Vec<f64>,
 }
@@ -35,9 +39,8 @@ impl<'a> Things<'a> {
         Self { grid, all: found, above, found: standing, with_things_m }
     }
 
-    /// Measures each; none is a pile.
-    pub(crate) fn measured(&self, settings: &Settings) -> Result<Vec<Object>> {
-        let mut objects = measured(self.grid, &self.with_things_m, &self.found, settings)?;
+    /// The things that were measured, each with its reason: none is a pile.
+    pub(crate) fn judged(&self, mut objects: Vec<Object>, settings: &Settings) -> Vec<Object> {
         for object in &mut objects {
             object.reason.get_or_insert(Reason::Apart);
         }
@@ -46,7 +49,7 @@ impl<'a> Things<'a> {
         for object in objects.iter_mut().filter(|object| self.is_apart(object)) {
             object.reason = Some(Reason::Apart);
         }
-        Ok(objects)
+        objects
     }
 
     /// Whether most of an object's points belong to clusters apart from the ground's.

@@ -5,8 +5,9 @@
 //! cell is the pile's.
 
 use super::base::Base;
-use super::patch::{Patch, Zone, spread};
-use super::region::Part;
+use super::part::Part;
+use super::patch::{Patch, Zone};
+use crate::connectivity::spread;
 
 /// A pile with walls along this share of its edge leans on them; with less, a rod stands in it.
 const LEANS: f64 = 0.1;

@@ -1,10 +1,10 @@
 //! Where a walk starts if no ground is in view: a filled bin, a heap that fills the frame or was cut
 //! out of its surroundings.
 
+use crate::connectivity::FOUR;
 use crate::connectivity::components_joined;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
-use crate::piles::FOUR;
 
 /// A piece of this share of the largest is large: the fill of a truck beside the floor around it.
 const LARGE: f64 = 0.1;

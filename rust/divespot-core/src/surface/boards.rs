@@ -11,10 +11,10 @@ use super::columns::Columns;
 use super::walk::{Reach, SIGMAS};
 use crate::cancel::Polled;
 use crate::connectivity::components;
+use crate::connectivity::{AXES, EIGHT};
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
-use crate::piles::{AXES, EIGHT};
 use crate::robust::median;
 
 /// Fewer cells tell of no board one side of which was not seen.

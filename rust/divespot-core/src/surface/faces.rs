@@ -8,10 +8,11 @@ use super::columns::Columns;
 use super::walk::Reach;
 use crate::Point;
 use crate::cancel::Polled;
+use crate::connectivity::EIGHT;
 use crate::connectivity::components;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
-use crate::piles::{EIGHT, near_plane, places_about, value};
+use crate::near_plane::{near_plane, places_about, value};
 
 /// The surface goes on as it is in the cells so many columns and rows away.
 const SUPPORT: usize = 2;

@@ -5,15 +5,16 @@
 //! not a top. A hole is the same thing downwards.
 
 use crate::cancel::Polled;
+use crate::connectivity::{EIGHT, FOUR, NOBODY};
 use crate::count::to_f64;
 use crate::error::{Error, Result};
+use crate::extent::beyond;
 use crate::film::{Node, relax};
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::{NEVER_STEEPER, STEEPEST_POURED};
 use crate::order::{Keyed, sort_by_key};
 use crate::parallel::map_each;
-use crate::piles::{EIGHT, FOUR, NOBODY, beyond};
 use crate::slopes::Slopes;
 use crate::terrain::{Terrain, terrain};
 use crate::thread_count;
@@ -306,7 +307,7 @@ fn components(grid: &Grid, tree: &Tree) -> Vec<i32> {
         Some(_) => 0,
     };
     let labels: Vec<i32> = (0..grid.len()).polled().map(hill).collect();
-    crate::piles::pieces(grid, &labels, 0, 1)
+    crate::pieces::pieces(grid, &labels, 0, 1)
 }
 
 #[cfg(test)]

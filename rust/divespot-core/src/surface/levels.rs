@@ -4,10 +4,10 @@ use std::iter::successors;
 
 use crate::cancel::{Polled, poll};
 use crate::connectivity::components;
+use crate::connectivity::{EIGHT, FOUR};
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::{GENTLE, NEVER_STEEPER};
-use crate::piles::{EIGHT, FOUR};
 use crate::slopes::Slopes;
 
 /// A part of fewer cells is no level; nor is one of less than this share of the largest.

@@ -17,8 +17,8 @@ use walk::{Reach, mean, walk};
 use crate::Places;
 use crate::cancel::Polled;
 use crate::error::Result;
+use crate::extent::beyond;
 use crate::heightmap::{Grid, bounds};
-use crate::piles::beyond;
 use crate::slopes::Slopes;
 
 /// A layer is as thick as this many standard deviations of the noise, or as a cell on a slope.

@@ -10,9 +10,9 @@ use std::collections::BinaryHeap;
 
 use super::columns::Columns;
 use crate::cancel::poll;
+use crate::connectivity::FOUR;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
-use crate::piles::FOUR;
 
 /// Standard deviations within which a sensor's noise lies.
 pub(crate) const SIGMAS: f64 = 3.0;

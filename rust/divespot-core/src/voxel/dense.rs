@@ -9,7 +9,7 @@ use crate::cancel::Polled;
 use crate::parallel::{fill_chunks, share};
 use crate::{Places, Point};
 
-use super::{Grid, Sums, Voxels};
+use super::lattice::{Grid, Sums, Voxels};
 
 /// Points that a thread takes at a time.
 const CHUNK: usize = 1 << 13;

@@ -1,30 +1,15 @@
 //! Voxel downsampling: one point, the mean, a voxel.
 
 mod dense;
+mod lattice;
 mod sparse;
 
+pub(crate) use lattice::ANCHOR;
+pub use lattice::Voxels;
+
 use crate::error::positive;
-use crate::fixed::Fixed;
-use crate::{Bounds, Error, Places, Point, Result, thread_count};
-
-/// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
-///
-/// Measured values often come on a grid of their own whose step divides the cell. Beginning at
-/// the lowest one, all of them would lie on faces of cells, and rounding would deal them out.
-/// No number stays as far from all fractions with small denominators as this one.
-pub(crate) const ANCHOR: f64 = 0.381_966_011_250_105_1;
-
-/// More cells along an axis than these are not told apart by an `f64`.
-const MOST_CELLS: f64 = 4_503_599_627_370_496.0;
-
-/// The occupied voxels, sorted by z, then y, then x.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Voxels {
-    /// The mean of the points in each voxel.
-    pub means: Vec<Point>,
-    /// How many points each voxel holds.
-    pub counts: Vec<u32>,
-}
+use crate::{Bounds, Places, Point, Result, thread_count};
+use lattice::Grid;
 
 /// The mean of the points in each occupied cube of edge `voxel_m` (paper, Pre-process 3).
 ///
@@ -34,7 +19,7 @@ pub struct Voxels {
 /// `voxel_m` / 10⁹. `threads` = 0 takes every core that the process may use.
 ///
 /// # Errors
-/// [`Error::Setting`] unless `voxel_m` is finite and above zero, [`Error::GridTooLarge`] where
+/// [`Error::Setting`](crate::Error::Setting) unless `voxel_m` is finite and above zero, [`Error::GridTooLarge`](crate::Error::GridTooLarge) where
 /// an axis has more voxels than an `f64` can tell apart.
 ///
 /// # Examples
@@ -79,80 +64,12 @@ fn thinned(
         .unwrap_or_else(|| sparse::voxels(points, &grid, threads, with_rows)))
 }
 
-/// The cubes over a box.
-#[derive(Debug, Clone, Copy)]
-struct Grid {
-    origin: Point,
-    voxel_m: f64,
-    fixed: Fixed,
-    /// The highest cell along each axis.
-    last: [u64; 3],
-}
-
-impl Grid {
-    fn new(bounds: &Bounds, voxel_m: f64) -> Result<Self> {
-        let fixed = Fixed::new(voxel_m, u32::MAX as usize);
-        let grid = Self { origin: bounds.min, voxel_m, fixed, last: [0; 3] };
-        let cells = grid.steps(&bounds.max).into_iter().fold(0.0, f64::max) + 1.0;
-        if cells > MOST_CELLS {
-            return Err(Error::GridTooLarge { name: "voxel_m", cells });
-        }
-        Ok(Self { last: grid.cell(&bounds.max), ..grid })
-    }
-
-    /// The cell of `p` along each axis.
-    #[inline]
-    fn cell(&self, p: &Point) -> [u64; 3] {
-        self.steps(p).map(|v| v as i64 as u64) // faster than a cast straight to u64
-    }
-
-    /// How many voxels lie between the grid's start and `p`.
-    #[inline]
-    fn steps(&self, p: &Point) -> Point {
-        std::array::from_fn(|k| (p[k] - self.origin[k]) / self.voxel_m + ANCHOR)
-    }
-
-    /// The place of a cell, relative to the origin.
-    #[inline]
-    fn corner(&self, cell: [u64; 3]) -> Point {
-        cell.map(|c| c as i64 as f64 * self.voxel_m)
-    }
-
-    /// The place of `p` in its cell; a cell's edge is 2³⁰ at most.
-    #[inline]
-    fn inside(&self, cell: [u64; 3], p: &Point) -> [i32; 3] {
-        let corner = self.corner(cell);
-        std::array::from_fn(|k| self.fixed.encode(p[k] - self.origin[k] - corner[k]) as i32)
-    }
-}
-
-/// The points of one voxel.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    /// The sums of their distances from the voxel's corner along each axis.
-    xyz: [i64; 3],
-    count: u32,
-}
-
-impl Sums {
-    #[inline]
-    fn add(&mut self, inside: [i32; 3]) {
-        (0..3).for_each(|k| self.xyz[k] += i64::from(inside[k]));
-        self.count += 1;
-    }
-
-    fn mean(&self, grid: &Grid, cell: [u64; 3]) -> Point {
-        let corner = grid.corner(cell);
-        let inside = self.xyz.map(|sum| grid.fixed.mean(sum as f64, self.count));
-        std::array::from_fn(|k| grid.origin[k] + corner[k] + inside[k])
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
+    use crate::Error;
     use crate::sample::mix;
 
     fn cloud(count: u64, size: f64) -> Vec<Point> {

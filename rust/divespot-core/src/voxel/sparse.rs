@@ -4,7 +4,7 @@ use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::map_chunks;
 use crate::{Places, Point};
 
-use super::{Grid, Sums, Voxels};
+use super::lattice::{Grid, Sums, Voxels};
 
 /// Voxels that a thread takes at a time.
 const CHUNK: usize = 1024;

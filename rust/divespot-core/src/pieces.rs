@@ -3,8 +3,8 @@
 //! A cluster that HDBSCAN keeps whole takes along what lies as far off as its nearest neighbour
 //! cluster does: single cells of noise, each of which would be given a toe of its own.
 
-use super::territory::NOBODY;
 use crate::cancel::Polled;
+use crate::connectivity::NOBODY;
 use crate::heightmap::Grid;
 
 /// Splits every object into pieces with no gap wider than `gap` cells, numbered by size.

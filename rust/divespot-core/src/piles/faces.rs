@@ -1,0 +1,94 @@
+//! Where something rises from the surface more steeply than bulk material could.
+
+use super::found::Found;
+use super::standing::{GAP, Walls};
+use crate::Point;
+use crate::connectivity::NOBODY;
+use crate::extent;
+use crate::heightmap::Grid;
+use crate::material::NEVER_STEEPER;
+
+/// A face stands so many cells, at most, beyond the last that holds nothing but the pile.
+pub(super) const BEYOND: usize = 3;
+const WIDE: usize = (2 * GAP + 1) * (2 * GAP + 1);
+
+/// The faces of a scene.
+pub(crate) struct Faces {
+    /// What stands in each cell, banks included.
+    pub(crate) walls: Walls,
+    /// Cells of walls, with the gaps between them closed: nothing goes on across them.
+    pub(crate) bars: Vec<bool>,
+    /// The points that may be on a face with their cells, in order of both.
+    risen: Vec<(usize, Point)>,
+}
+
+impl Faces {
+    /// Where something rises from a surface of these heights to more than `margin_m` above what the
+    /// steepest material could reach in a cell: loose points, or a bank beside an object.
+    pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
+        let mut risen = by_cell(grid, found.loose.iter(), |_| true);
+        let mut walls = Walls::of(grid, heights_m, &risen, margin_m);
+        let step_m = NEVER_STEEPER * grid.cell_m;
+        let rises =
+            |cell: usize, from: usize| heights_m[cell] - heights_m[from] > step_m + margin_m;
+        let banks: Vec<usize> = (0..grid.len())
+            .filter(|&cell| found.is_bank(cell))
+            .filter(|&c| {
+                let at_face = grid.around(c, GAP).any(|n| walls.is[n]);
+                let beside = |n: usize| found.labels[n] != NOBODY && (at_face || rises(c, n));
+                grid.around(c, 1).any(beside)
+            })
+            .collect();
+        if !banks.is_empty() {
+            let mut near = vec![false; grid.len()];
+            banks.iter().flat_map(|&c| grid.around(c, BEYOND)).for_each(|n| near[n] = true);
+            banks.iter().for_each(|&c| (walls.is[c], walls.retaining[c]) = (true, true));
+            risen.extend(by_cell(grid, found.surface.iter(), |cell| near[cell]));
+            risen.sort_unstable_by(by_place);
+        }
+        let bars = walls.bars(grid);
+        Self { walls, bars, risen }
+    }
+
+    /// The cells that lie outside of the hull of what was seen of the surface. What is hidden between
+    /// it and the walls around it is no end of the scan, but what was not seen of a wall's top is.
+    pub(crate) fn beyond(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
+        let known = |(&h, &stands): (&f64, &bool)| if h.is_nan() && stands { 0.0 } else { h };
+        let all: Vec<f64> = heights_m.iter().zip(&self.walls.standing).map(known).collect();
+        let outside = extent::beyond(grid, &all);
+        if !self.walls.standing.contains(&true) {
+            return outside;
+        }
+        let unseen = |cell: usize| all[cell].is_nan() && !outside[cell] && !self.bars[cell];
+        let wide = |cell: usize| grid.around(cell, GAP).filter(|&n| unseen(n)).count() == WIDE;
+        let wide: Vec<bool> = (0..grid.len()).map(wide).collect();
+        let surface = extent::beyond(grid, heights_m);
+        let is_beyond = |cell: usize| {
+            outside[cell] || surface[cell] && !grid.around(cell, GAP).any(|n| wide[n])
+        };
+        (0..grid.len()).map(is_beyond).collect()
+    }
+
+    /// The points off the surface over a cell.
+    pub(super) fn over(&self, cell: usize) -> impl Iterator<Item = &Point> {
+        let first = self.risen.partition_point(|(c, _)| *c < cell);
+        self.risen[first..].iter().take_while(move |(c, _)| *c == cell).map(|(_, p)| p)
+    }
+}
+
+/// The points over cells that are wanted, in order of cell and height.
+fn by_cell<'a>(
+    grid: &Grid,
+    points: impl Iterator<Item = &'a Point>,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<(usize, Point)> {
+    let on_map = points.filter(|p| grid.holds(p)).map(|p| (grid.cell(p), *p));
+    let mut found: Vec<(usize, Point)> = on_map.filter(|&(cell, _)| wanted(cell)).collect();
+    found.sort_unstable_by(by_place);
+    found
+}
+
+fn by_place((m, p): &(usize, Point), (n, q): &(usize, Point)) -> std::cmp::Ordering {
+    let place = p[2].total_cmp(&q[2]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]));
+    m.cmp(n).then(place)
+}

@@ -1,0 +1,46 @@
+//! The part of a cell that counts.
+
+/// A closed line; its last corner is not its first again.
+pub type Ring = Vec<[f64; 2]>;
+
+/// Coverage may be off by this much from rounding.
+pub(super) const ROUNDING: f64 = 1e-6;
+
+/// The part of a cell that counts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Part {
+    /// Share of the cell's area.
+    pub(crate) share: f64,
+    /// From the cell's middle to the middle of that part.
+    pub(crate) off_m: [f64; 2],
+    /// Standard uncertainty of the share.
+    pub(crate) u_share: f64,
+}
+
+impl Part {
+    pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2], u_share: 0.0 };
+}
+
+/// The part of a cell of this `area` that its covered area and its moments about the middle tell.
+pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
+    let share = covered / area;
+    if share < ROUNDING {
+        return Part::default();
+    }
+    if share > 1.0 - ROUNDING {
+        return Part::WHOLE;
+    }
+    Part { share, off_m: [x / covered, y / covered], u_share: 0.0 }
+}
+
+/// Signed area inside a closed line and its first moments about `center`.
+pub(crate) fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for (p, q) in ring.iter().zip(ring.iter().cycle().skip(1)) {
+        let [a, b] = [p, q].map(|p| [p[0] - center[0], p[1] - center[1]]);
+        let cross = a[0] * b[1] - b[0] * a[1];
+        sums[0] += cross / 2.0;
+        (0..2).for_each(|k| sums[k + 1] += cross * (a[k] + b[k]) / 6.0);
+    }
+    sums
+}

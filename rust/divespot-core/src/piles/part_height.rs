@@ -1,0 +1,31 @@
+//! How high the part of a cell that counts stands.
+
+use super::patch::Patch;
+
+/// No heap is steeper than two in one; a step is an edge between two surfaces.
+const STEEPEST: f64 = 2.0;
+
+/// The mean height above the base of the part of a cell that counts.
+///
+/// The slope between the neighbours carries the cell's height from its middle.
+pub(crate) fn part_height(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
+    let part = patch.counted(cell);
+    let rise = |k: usize| {
+        if part.off_m[k] == 0.0 { 0.0 } else { part.off_m[k] * slope(patch, filled, cell, k) }
+    };
+    filled[cell] + rise(0) + rise(1)
+}
+
+fn slope(patch: &Patch, heights: &[f64], cell: usize, k: usize) -> f64 {
+    let next = |step: isize| {
+        let (dx, dy) = if k == 0 { (step, 0) } else { (0, step) };
+        patch.grid.neighbor(cell, dx, dy).map(|n| heights[n]).filter(|h| !h.is_nan())
+    };
+    let slope = match (next(-1), next(1)) {
+        (Some(a), Some(b)) => (b - a) / (2.0 * patch.grid.cell_m),
+        (Some(a), None) => (heights[cell] - a) / patch.grid.cell_m,
+        (None, Some(b)) => (b - heights[cell]) / patch.grid.cell_m,
+        (None, None) => 0.0,
+    };
+    if slope.abs() <= STEEPEST { slope } else { 0.0 }
+}

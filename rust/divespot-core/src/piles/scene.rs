@@ -1,0 +1,41 @@
+//! The height map as objects are measured in it.
+
+use super::faces::Faces;
+use super::found::Found;
+use crate::error::{Error, Result};
+use crate::extent::without_lone;
+use crate::heightmap::Grid;
+
+/// The whole height map.
+pub(crate) struct Scene<'a> {
+    pub(crate) grid: &'a Grid,
+    pub(crate) heights_m: Vec<f64>,
+    /// Cells outside the convex hull of what was seen of the surface and of walls.
+    pub(crate) beyond: Vec<bool>,
+    /// Where faces rise from the surface.
+    pub(crate) faces: Faces,
+    /// Cells of banks that lead to higher ground.
+    pub(crate) banks: Vec<bool>,
+}
+
+impl<'a> Scene<'a> {
+    /// The scene of a height map with one height a cell; cells that are nearly alone count as unseen,
+    /// and so do those in which a face rises: their mean height is that of neither.
+    pub(crate) fn new(
+        grid: &'a Grid,
+        heights_m: &[f64],
+        found: &Found,
+        margin_m: f64,
+    ) -> Result<Self> {
+        if heights_m.len() != grid.len() {
+            return Err(Error::Degenerate("one height for each cell is needed"));
+        }
+        let mut heights_m = without_lone(grid, heights_m);
+        let faces = Faces::of(grid, &heights_m, found, margin_m);
+        let beyond = faces.beyond(grid, &heights_m);
+        (0..grid.len()).filter(|&c| faces.walls.is[c]).for_each(|c| heights_m[c] = f64::NAN);
+        let is_bank = |cell: usize| found.is_bank(cell) && !heights_m[cell].is_nan();
+        let banks = (0..grid.len()).map(is_bank).collect();
+        Ok(Self { grid, heights_m, beyond, faces, banks })
+    }
+}
