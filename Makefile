@@ -115,9 +115,11 @@ test-aarch64: build
 footprint: build
 	$(BIN)/python benches/footprint.py $(or $(HOST_WHEEL),$(error make wheels first))
 
-# Licences, advisories and sources of all crates: deny.toml. cargo install cargo-deny
+# Licences, sources and advisories of all crates (deny.toml); the advisories are fetched.
+# cargo install cargo-deny
 audit:
-	cargo deny --workspace check
+	cargo deny --workspace check licenses bans sources
+	cargo deny --workspace check advisories
 
 docs-pictures: build
 	$(BIN)/python docs/pictures.py
