@@ -23,11 +23,8 @@ impl Bounds {
     pub fn of(points: impl IntoIterator<Item = Point>) -> Option<Self> {
         let mut points = points.into_iter();
         let first = points.next()?;
-        Some(points.fold(Self { min: first, max: first }, |bounds, p| Self {
-            // Plain comparisons: `f64::min` cares for NaN, at several times the cost.
-            min: std::array::from_fn(|k| if p[k] < bounds.min[k] { p[k] } else { bounds.min[k] }),
-            max: std::array::from_fn(|k| if p[k] > bounds.max[k] { p[k] } else { bounds.max[k] }),
-        }))
+        let (min, max) = ends(points, first, first);
+        Some(Self { min, max })
     }
 
     /// The box around all points, which several threads look at.
@@ -43,9 +40,9 @@ impl Bounds {
     pub fn of_finite(points: &[Point], threads: usize) -> Option<Self> {
         let parts = map_chunks(points.len(), CHUNK, thread_count(threads), |range| {
             let points = &points[range];
-            // Nought times what is not finite is no number.
-            let off = points.iter().flatten().fold(0.0, |off, v| off + 0.0 * v);
-            (off == 0.0).then(|| Self::of(points.iter().copied())).flatten()
+            // Without a way out of the loop, several numbers are looked at together.
+            let finite = points.as_flattened().iter().fold(true, |all, v| all & v.is_finite());
+            finite.then(|| Self::of(points.iter().copied())).flatten()
         });
         let parts = parts.into_iter().collect::<Option<Vec<_>>>()?;
         Self::of(parts.into_iter().flat_map(|b| [b.min, b.max]))
@@ -62,6 +59,18 @@ impl Bounds {
     pub fn largest(&self) -> f64 {
         self.min.iter().chain(&self.max).fold(0.0, |most, v| v.abs().max(most))
     }
+}
+
+/// The lowest and the highest coordinates among some and those of points. Whatever is compared with
+/// NaN is false: known numbers win.
+#[inline]
+fn ends(points: impl Iterator<Item = Point>, low: Point, high: Point) -> (Point, Point) {
+    // Plain comparisons: `f64::min` cares for NaN, at several times the cost.
+    points.fold((low, high), |(low, high), p| {
+        let lower = |k: usize| if p[k] < low[k] { p[k] } else { low[k] };
+        let higher = |k: usize| if p[k] > high[k] { p[k] } else { high[k] };
+        (std::array::from_fn(lower), std::array::from_fn(higher))
+    })
 }
 
 /// Finite points, relative to the lowest corner of their bounding box.
@@ -171,9 +180,14 @@ impl Outermost {
     #[must_use]
     pub fn of(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Self {
         let parts = map_chunks(count, CHUNK, thread_count(threads), |range| {
-            let found = range.clone().map(&row).fold(Self::NOTHING, Self::with);
-            let among = |z: f64| range.clone().filter(|&i| row(i)[2] == z).count();
-            Self { lowest: among(found.low[2]), highest: among(found.high[2]), ..found }
+            let rows = range.clone().map(&row);
+            let (low, high) = ends(rows, Self::NOTHING.low, Self::NOTHING.high);
+            let held = |at: f64, z: f64| usize::from(z == at);
+            let (lowest, highest) =
+                range.map(|i| row(i)[2]).fold((0, 0), |(lowest, highest), z| {
+                    (lowest + held(low[2], z), highest + held(high[2], z))
+                });
+            Self { low, high, lowest, highest }
         });
         let all = parts.into_iter().fold(Self::NOTHING, Self::and);
         let known = |k: usize| all.low[k] <= all.high[k];
@@ -182,18 +196,9 @@ impl Outermost {
         Self { low: or_nan(all.low), high: or_nan(all.high), ..all }
     }
 
-    /// Whatever is compared with NaN is false: known numbers win.
-    #[inline]
-    fn with(mut self, p: Point) -> Self {
-        for ((v, low), high) in p.into_iter().zip(&mut self.low).zip(&mut self.high) {
-            *low = if v < *low { v } else { *low };
-            *high = if v > *high { v } else { *high };
-        }
-        self
-    }
-
     fn and(self, other: Self) -> Self {
-        let (low, high) = (self.with(other.low).low, self.with(other.high).high);
+        let (low, _) = ends(std::iter::once(other.low), self.low, self.high);
+        let (_, high) = ends(std::iter::once(other.high), self.low, self.high);
         let held = |at: f64, own: f64, count: usize| if own == at { count } else { 0 };
         Self {
             low,

@@ -94,6 +94,7 @@ impl Grid {
 
     /// The cell that a place inside the grid lies in; of a place outside, the nearest.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to the grid
+    #[inline]
     pub(crate) fn cell(&self, p: &[f64]) -> usize {
         let along = |k: usize, most: usize| {
             (((p[k] - self.origin_m[k]) / self.cell_m) as usize).min(most - 1)

@@ -85,7 +85,7 @@ impl Moments {
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Spread {
     count: u32,
-    sums: [i128; 3],
+    sums: [i64; 3],
     squares: [i128; 3],
 }
 
@@ -104,9 +104,9 @@ impl Spread {
     #[inline]
     fn add(&mut self, p: [i64; 3]) {
         self.count += 1;
-        for (k, v) in p.map(i128::from).into_iter().enumerate() {
-            self.sums[k] += v;
-            self.squares[k] += v * v;
+        for (k, v) in p.into_iter().enumerate() {
+            self.sums[k] += v; // `fixed` is made for that
+            self.squares[k] += i128::from(v) * i128::from(v);
         }
     }
 
@@ -126,7 +126,8 @@ impl Spread {
     pub(crate) fn root_mean_square(&self, fixed: Fixed) -> f64 {
         let (n, count) = (i128::from(self.count), f64::from(self.count));
         let variance = |k: usize| {
-            let exact = n * self.squares[k] - self.sums[k] * self.sums[k];
+            let sum = i128::from(self.sums[k]);
+            let exact = n * self.squares[k] - sum * sum;
             fixed.square(exact as f64) / (count * count)
         };
         (variance(0) + variance(1) + variance(2)).max(0.0).sqrt()

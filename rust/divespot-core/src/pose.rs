@@ -178,16 +178,28 @@ fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
 }
 
+/// Points that are first looked at together: hardly any lies farther than all before.
+const BLOCK: usize = 64;
+
 /// The points that can be on the hull: none inside the octagon of the outermost points is.
 fn outer(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
     let mut corners = farthest(count, &point, threads);
+    let amid = box_amid(&corners);
     corners.dedup(); // a side of no length has no inside
     if corners.len() > 1 && corners.first() == corners.last() {
         corners.pop();
     }
     let sides: Vec<_> =
         corners.iter().copied().zip(corners.iter().copied().cycle().skip(1)).collect();
-    let inside = |p: [f64; 2]| sides.iter().all(|&(a, b)| turns_left(a, b, p));
+    let within_sides = |p: [f64; 2]| sides.iter().all(|&(a, b)| turns_left(a, b, p));
+    let amid = amid.filter(|[low, high]| {
+        let [x, y] = [0, 1].map(|k| [low[k], high[k]]);
+        x.iter().all(|&x| y.iter().all(|&y| within_sides([x, y])))
+    });
+    let is_amid = |p: [f64; 2]| {
+        amid.is_some_and(|[low, high]| (0..2).all(|k| low[k] <= p[k] && p[k] <= high[k]))
+    };
+    let inside = |p: [f64; 2]| is_amid(p) || within_sides(p);
     let outside = map_chunks(count, CHUNK, threads, |range| {
         let plan = range.map(&point).map(|[x, y, _]| [x, y]);
         plan.filter(|&p| !inside(p)).collect::<Vec<_>>()
@@ -195,12 +207,28 @@ fn outer(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) ->
     outside.concat()
 }
 
+/// A box, as its lowest and highest corner, that lies amid the eight corners, most likely: most points
+/// are in it.
+fn box_amid(corners: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
+    let [_, right_top, _, left_top, _, left_low, _, right_low]: [_; 8] = corners.try_into().ok()?;
+    let low = [left_top[0].max(left_low[0]), left_low[1].max(right_low[1])];
+    let high = [right_top[0].min(right_low[0]), left_top[1].min(right_top[1])];
+    Some([low, high])
+}
+
 /// The points that lie farthest in eight directions, counter-clockwise from +x.
 fn farthest(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
     let parts = map_chunks(count, CHUNK, threads, |range| {
-        range.map(&point).map(Farthest::one).reduce(Farthest::or)
+        let mut all = Farthest::one(point(range.start));
+        for at in range.clone().step_by(BLOCK) {
+            let block = at..range.end.min(at + BLOCK);
+            if all.is_passed(block.clone().map(&point)) {
+                all = block.map(&point).map(Farthest::one).fold(all, Farthest::or);
+            }
+        }
+        all
     });
-    parts.into_iter().flatten().reduce(Farthest::or).map_or(Vec::new(), |all| all.places.to_vec())
+    parts.into_iter().reduce(Farthest::or).map_or(Vec::new(), |all| all.places.to_vec())
 }
 
 /// The places that lie farthest in eight directions, and how far.
@@ -213,6 +241,18 @@ impl Farthest {
     fn one([x, y, _]: Point) -> Self {
         let [a, b, c, d] = [x, x + y, y, y - x];
         Self { along: [a, b, c, d, -a, -b, -c, -d], places: [[x, y]; 8] }
+    }
+
+    /// Whether any of some points lies farther.
+    fn is_passed(&self, points: impl Iterator<Item = Point>) -> bool {
+        let start = ([f64::NEG_INFINITY; 4], [f64::INFINITY; 4]);
+        let (most, least): ([f64; 4], [f64; 4]) = points.fold(start, |(most, least), [x, y, _]| {
+            let along = [x, x + y, y, y - x];
+            let more = |k: usize| if along[k] > most[k] { along[k] } else { most[k] };
+            let less = |k: usize| if along[k] < least[k] { along[k] } else { least[k] };
+            (std::array::from_fn(more), std::array::from_fn(less))
+        });
+        (0..4).any(|k| most[k] > self.along[k] || -least[k] > self.along[k + 4])
     }
 
     /// The farther of both; of two equally far ones the first.

@@ -1,6 +1,5 @@
-use divespot_core::cloud::Outermost;
 use divespot_core::plane::{self, Cone, Settings};
-use divespot_core::{Point, pose};
+use divespot_core::{Bounds, Point, pose};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -61,7 +60,7 @@ pub(crate) fn level(
 ) -> PyResult<()> {
     let points = points.as_slice_mut()?.as_chunks_mut::<3>().0;
     detached(py, || {
-        let low = Outermost::of(points.len(), threads, |row| points[row]).low;
+        let low = Bounds::of_finite(points, threads).map_or([0.0; 3], |bounds| bounds.min);
         pose::level(points, low, &rotation, offset_m, threads);
     })
 }

@@ -33,7 +33,7 @@ pub(crate) fn surface_and_clusters<'py>(
 ) -> PyResult<(Column<'py, bool>, VoxelParts<'py>, Option<Column<'py, i32>>)> {
     let near = Near::of(points, true, threads, need::VOXELS)?;
     let (points, origin) = (near.places(), near.origin());
-    let walk = || surface::surface_points(points, cell_m, noise_m, anywhere);
+    let walk = || surface::surface_points_on(threads, points, cell_m, noise_m, anywhere);
     let thin = || {
         let (mut voxels, of) = voxels_and_rows(points, voxel_m, threads)?;
         voxels.means = restored(origin, voxels.means);

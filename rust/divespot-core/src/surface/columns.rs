@@ -1,11 +1,15 @@
-//! The points over each cell of a grid, kept apart by height.
+//! The heights of the points over each cell of a grid.
 
 use std::ops::Range;
 
 use crate::Places;
 use crate::cancel::Polled;
 use crate::heightmap::Grid;
+use crate::parallel::{fill_chunks, share};
 use crate::robust::median;
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 1 << 13;
 
 /// Cells along an edge of the blocks in which points are counted.
 const BLOCK: usize = 8;
@@ -17,42 +21,32 @@ const LEAST: f64 = 0.25;
 const LINES: usize = 3;
 const WIDER: f64 = 1.5;
 
-/// The points of a grid's cells, from the lowest up: 12 bytes a point and 8 a cell.
+/// The heights of the points over a grid's cells, from the lowest up: 8 bytes a point and 4 a cell.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub(crate) grid: Grid,
     start: Vec<u32>,
-    rows: Vec<u32>,
     heights_m: Vec<f64>,
 }
 
 impl Columns {
     /// The columns of points that lie over the grid.
-    pub(crate) fn of<'a>(points: impl Into<Places<'a>>, grid: Grid) -> Self {
+    pub(crate) fn of<'a>(points: impl Into<Places<'a>>, grid: Grid, threads: usize) -> Self {
         let points = points.into();
-        let cells: Vec<u32> = points.iter().polled().map(|p| grid.cell(&p) as u32).collect();
+        let mut cells = vec![0_u32; points.len()];
+        fill_chunks(&mut cells, CHUNK, threads, |first, piece| {
+            let places = points.within(first..first + piece.len());
+            piece.iter_mut().zip(places).for_each(|(cell, p)| *cell = grid.cell(&p) as u32);
+        });
         let start = starts(&cells, grid.len());
-        let mut rows = dealt(cells, &start);
-        let mut heights_m = vec![0.0; rows.len()];
-        let mut column = Vec::new();
-        for cell in start.windows(2).polled() {
-            let range = cell[0] as usize..cell[1] as usize;
-            column.clear();
-            column.extend(rows[range.clone()].iter().map(|&row| (points.at(row as usize)[2], row)));
-            column.sort_unstable_by(|a, b| higher(&points, a, b));
-            let places = heights_m[range.clone()].iter_mut().zip(&mut rows[range]);
-            places.zip(&column).for_each(|((z, row), own)| (*z, *row) = *own);
-        }
-        Self { grid, start, rows, heights_m }
+        let mut heights_m = vec![0.0; cells.len()];
+        let slabs = slabs(&start, &mut heights_m, threads);
+        share(slabs.into_iter(), threads, |slab| slab.fill(points, &cells));
+        Self { grid, start, heights_m }
     }
 
     fn range(&self, cell: usize) -> Range<usize> {
         self.start[cell] as usize..self.start[cell + 1] as usize
-    }
-
-    /// The rows of a cell's points, from the lowest up.
-    pub(crate) fn rows(&self, cell: usize) -> &[u32] {
-        &self.rows[self.range(cell)]
     }
 
     /// The heights of a cell's points, ascending.
@@ -133,6 +127,49 @@ fn need(mut counts: Vec<u32>) -> u32 {
     (LEAST * f64::from(*counts.select_nth_unstable(half).1)).max(1.0) as u32
 }
 
+/// The heights of the columns of some consecutive cells.
+struct Slab<'a> {
+    cells: Range<u32>,
+    /// Where each column begins, and the last ends.
+    start: &'a [u32],
+    heights_m: &'a mut [f64],
+}
+
+/// As many slabs as threads, with about as many points each.
+fn slabs<'a>(start: &'a [u32], mut heights_m: &'a mut [f64], threads: usize) -> Vec<Slab<'a>> {
+    let (last, count) = (start.len() - 1, heights_m.len());
+    let mut first = 0;
+    let take = |thread: usize| {
+        let most = (count * (thread + 1) / threads) as u32;
+        let end = if thread + 1 == threads { last } else { start.partition_point(|&s| s < most) };
+        let end = end.clamp(first, last);
+        let start = &start[first..=end];
+        let held = (start[start.len() - 1] - start[0]) as usize;
+        let cells = std::mem::replace(&mut first, end) as u32..end as u32;
+        Slab { cells, start, heights_m: heights_m.split_off_mut(..held).unwrap_or_default() }
+    };
+    (0..threads).map(take).collect()
+}
+
+impl Slab<'_> {
+    /// Deals the heights of all points to these columns, and sorts each.
+    fn fill(self, points: Places<'_>, cells: &[u32]) {
+        let Self { cells: own, start, heights_m } = self;
+        let mut next: Vec<u32> = start.iter().map(|s| s - start[0]).collect();
+        for (cell, p) in cells.iter().zip(points.iter()).polled() {
+            if own.contains(cell) {
+                let next = &mut next[(cell - own.start) as usize];
+                heights_m[*next as usize] = p[2];
+                *next += 1;
+            }
+        }
+        for column in start.windows(2).polled() {
+            let range = (column[0] - start[0]) as usize..(column[1] - start[0]) as usize;
+            heights_m[range].sort_unstable_by(f64::total_cmp);
+        }
+    }
+}
+
 /// Where each cell's points begin when they are dealt out in order.
 fn starts(cells: &[u32], count: usize) -> Vec<u32> {
     let mut start = vec![0; count + 1];
@@ -141,24 +178,6 @@ fn starts(cells: &[u32], count: usize) -> Vec<u32> {
         start[cell + 1] += start[cell];
     }
     start
-}
-
-/// The rows of the points, cell by cell.
-fn dealt(cells: Vec<u32>, start: &[u32]) -> Vec<u32> {
-    let (mut next, mut dealt) = (start.to_vec(), vec![0; cells.len()]);
-    for (row, cell) in (0..).zip(cells).polled() {
-        dealt[next[cell as usize] as usize] = row;
-        next[cell as usize] += 1;
-    }
-    dealt
-}
-
-/// Points in ascending order of height; those of one height in an order that is their own.
-fn higher(points: &Places<'_>, a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
-    a.0.total_cmp(&b.0).then_with(|| {
-        let (p, q) = (points.at(a.1 as usize), points.at(b.1 as usize));
-        p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1]))
-    })
 }
 
 #[cfg(test)]
@@ -173,25 +192,23 @@ mod tests {
             let [x, y] = grid.center(cell);
             heights(cell).into_iter().map(move |z| [x, y, z])
         };
-        Columns::of(&(0..grid.len()).flat_map(over).collect::<Vec<Point>>(), grid)
+        Columns::of(&(0..grid.len()).flat_map(over).collect::<Vec<Point>>(), grid, 2)
     }
 
     #[test]
     fn points_are_kept_by_cell_from_the_lowest_up() {
         let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 2, rows: 1 };
         let points = [[0.5, 0.5, 3.0], [1.5, 0.2, 0.0], [0.1, 0.2, -1.0], [0.9, 0.9, 0.5]];
-        let columns = Columns::of(&points, grid);
-        assert_eq!((columns.rows(0), columns.rows(1)), (&[2, 3, 0][..], &[1][..]));
-        assert_eq!(columns.heights(0), [-1.0, 0.5, 3.0]);
-        assert_eq!(columns.between(0, -1.0, 0.5), [-1.0, 0.5]);
-        assert!(columns.between(0, 0.6, 2.9).is_empty() && columns.between(0, 2.0, 1.0).is_empty());
-    }
-
-    #[test]
-    fn points_of_one_height_have_an_order_of_their_own() {
-        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 1, rows: 1 };
-        let points = [[0.5, 0.5, 1.0], [0.2, 0.9, 1.0], [0.2, 0.1, 1.0]];
-        assert_eq!(Columns::of(&points, grid).rows(0), [2, 1, 0]);
+        for threads in [1, 2, 5] {
+            let columns = Columns::of(&points, grid, threads);
+            assert_eq!(
+                (columns.heights(0), columns.heights(1)),
+                (&[-1.0, 0.5, 3.0][..], &[0.0][..])
+            );
+            assert_eq!(columns.between(0, -1.0, 0.5), [-1.0, 0.5]);
+            assert!(columns.between(0, 0.6, 2.9).is_empty());
+            assert!(columns.between(0, 2.0, 1.0).is_empty());
+        }
     }
 
     #[test]

@@ -203,7 +203,8 @@ impl Looker<'_> {
     /// Gives each part the cells around it, as far as its windows reached, to which it goes on as
     /// gently: where the scan ends, and beside something steep, no window is gentle.
     fn widen(&self, of: &mut [u32]) {
-        let parted = (0..of.len()).filter(|&cell| of[cell] != NONE);
+        let beside = |cell: usize| self.grid.neighbors(cell, &EIGHT).any(|n| of[n] == NONE);
+        let parted = (0..of.len()).filter(|&cell| of[cell] != NONE && beside(cell));
         let mut front: Vec<(usize, usize)> = parted.map(|cell| (cell, cell)).collect();
         for step in 1..=self.reach {
             let most = GENTLE * to_f64(step) * self.grid.cell_m + CLEAR * self.noise_m;

@@ -11,15 +11,19 @@ mod walk;
 pub use hills::{Hills, hills, hills_and_holes};
 
 use columns::Columns;
+use faces::Taken;
 use levels::{Levels, NONE};
 use walk::{Reach, mean, walk};
 
-use crate::Places;
-use crate::cancel::Polled;
 use crate::error::Result;
 use crate::extent::beyond;
 use crate::heightmap::{Grid, bounds};
+use crate::parallel::fill_chunks;
 use crate::slopes::Slopes;
+use crate::{Places, thread_count};
+
+/// Points or cells that a thread takes at a time.
+const CHUNK: usize = 1 << 12;
 
 /// A layer is as thick as this many standard deviations of the noise, or as a cell on a slope.
 const LAYER_SIGMAS: f64 = 6.0;
@@ -54,34 +58,65 @@ pub fn surface_points<'a>(
     noise_m: f64,
     anywhere: bool,
 ) -> Result<Vec<bool>> {
-    let points = points.into();
+    surface_points_on(1, points, cell_m, noise_m, anywhere)
+}
+
+/// The same on so many threads; 0 takes every core that the process may use.
+///
+/// # Errors
+///
+/// As [`Grid::over`].
+pub fn surface_points_on<'a>(
+    threads: usize,
+    points: impl Into<Places<'a>>,
+    cell_m: f64,
+    noise_m: f64,
+    anywhere: bool,
+) -> Result<Vec<bool>> {
+    let (points, threads) = (points.into(), thread_count(threads));
     let grid = Grid::over(&bounds(points)?, cell_m, points.len())?;
-    let columns = Columns::of(points, grid);
-    let needs = columns.needs();
-    let lowest = lowest_layer(&columns, &needs, noise_m);
-    let mut heights_m = seeds(&grid, &lowest);
-    let reach = Reach::of(cell_m, noise_m);
-    if anywhere {
-        anywhere::seed(&grid, &lowest, reach.far_m, &mut heights_m);
-    }
-    let ground: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
-    walk(&columns, &mut heights_m, &needs, reach);
-    let boards = boards::without_boards(&columns, &mut heights_m, &ground, noise_m);
-    let taken = faces::taken(&columns, &heights_m, &boards, reach);
+    let taken = taken(points, grid, noise_m, anywhere, threads);
     let mut mask = vec![false; points.len()];
-    for (cell, taken) in taken.iter().enumerate().polled() {
-        for &row in columns.rows(cell) {
-            mask[row as usize] = taken.takes(&points.at(row as usize));
-        }
-    }
+    fill_chunks(&mut mask, CHUNK, threads, |first, piece| {
+        let places = points.within(first..first + piece.len());
+        piece.iter_mut().zip(places).for_each(|(on, p)| *on = taken[grid.cell(&p)].takes(&p));
+    });
     Ok(mask)
 }
 
+/// What of each cell is surface.
+fn taken(
+    points: Places<'_>,
+    grid: Grid,
+    noise_m: f64,
+    anywhere: bool,
+    threads: usize,
+) -> Vec<Taken> {
+    let columns = Columns::of(points, grid, threads);
+    let needs = columns.needs();
+    let lowest = lowest_layer(&columns, &needs, noise_m, threads);
+    let mut heights_m = seeds(&grid, &lowest);
+    let reach = Reach::of(grid.cell_m, noise_m);
+    if anywhere {
+        anywhere::seed(&grid, &lowest, reach.far_m, &mut heights_m);
+    }
+    drop(lowest);
+    let ground: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
+    walk(&columns, &mut heights_m, &needs, reach);
+    let boards = boards::without_boards(&columns, &mut heights_m, &ground, noise_m);
+    faces::taken(&columns, &heights_m, &boards, reach)
+}
+
 /// The height of the lowest layer in each cell; NaN where there is none.
-fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64) -> Vec<f64> {
+fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64, threads: usize) -> Vec<f64> {
     let band_m = (LAYER_SIGMAS * noise_m).max(LAYER_CELLS * columns.grid.cell_m);
-    let cells = 0..columns.grid.len();
-    cells.polled().map(|cell| lowest(columns.heights(cell), needs[cell], band_m)).collect()
+    let mut lowest_m = vec![f64::NAN; columns.grid.len()];
+    fill_chunks(&mut lowest_m, CHUNK, threads, |first, piece| {
+        for (lowest_m, cell) in piece.iter_mut().zip(first..) {
+            *lowest_m = lowest(columns.heights(cell), needs[cell], band_m);
+        }
+    });
+    lowest_m
 }
 
 /// The heights of the large gentle parts of the lowest layer; NaN elsewhere.

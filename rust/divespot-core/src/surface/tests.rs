@@ -105,8 +105,8 @@ fn seed(heights: &[f64], noise_m: f64) -> f64 {
         let [x, y] = grid.center(cell);
         heights.iter().map(move |&z| [x, y, z])
     };
-    let columns = Columns::of(&(0..grid.len()).flat_map(over).collect::<Vec<Point>>(), grid);
-    seeds(&grid, &lowest_layer(&columns, &vec![4; grid.len()], noise_m))[210]
+    let columns = Columns::of(&(0..grid.len()).flat_map(over).collect::<Vec<Point>>(), grid, 1);
+    seeds(&grid, &lowest_layer(&columns, &vec![4; grid.len()], noise_m, 1))[210]
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn the_walk_does_what_its_definition_says() {
                 [x, y, hill(x, y) + if k % 4 == 0 { off } else { 0.02 * off }]
             })
             .collect();
-        let columns = Columns::of(&points, grid);
+        let columns = Columns::of(&points, grid, 1);
         let needs = columns.needs();
         let start = |cell: usize| if cell % 91 == 40 { hill(8.5, 5.5) } else { f64::NAN };
         let mut heights: Vec<f64> = (0..grid.len()).map(start).collect();
