@@ -26,6 +26,8 @@ MEASURED = """
 import resource, sys
 import numpy as np
 import divespot
+from divespot import _native
+_native.share_heap()  # as the command line does
 count = int(sys.argv[1])
 rng = np.random.default_rng(0)
 points = rng.uniform(0.0, 1.0, (count, 3)) * (30.0, 30.0, 0.01)

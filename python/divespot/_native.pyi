@@ -36,6 +36,7 @@ __all__ = [
     "read_e57",
     "rotation_to_z",
     "seen",
+    "share_heap",
     "surface_and_clusters",
     "surface_base",
     "surface_mask",
@@ -66,6 +67,7 @@ def radius_outlier_mask(
     own: bool,
     by_position: bool,
 ) -> NDArray[np.bool_]: ...
+def share_heap() -> None: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
 
 _Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]

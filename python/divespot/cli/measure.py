@@ -286,8 +286,10 @@ def _measure_one(
 
 def run(survey: Files | str | Path, settings: Settings, depth: DepthFrames | None = None) -> Report:
     """Measure a file, several as one, or depth frames, with a progress line."""
-    from divespot.pipeline import measure as pipeline  # noqa: PLC0415 - slow to import
+    from divespot import _native  # noqa: PLC0415 - slow to import
+    from divespot.pipeline import measure as pipeline  # noqa: PLC0415 - as above
 
+    _native.share_heap()
     first = survey[0] if isinstance(survey, tuple) else survey
     name = printable(click.format_filename(first, shorten=True))
     with progress_line(f"measuring {name}") as on_stage:

@@ -7,6 +7,7 @@ mod errors;
 mod frames;
 mod ground;
 mod hdbscan;
+mod heap;
 mod heightmap;
 mod histogram;
 mod interrupt;
@@ -32,6 +33,8 @@ mod _native {
     use crate::ground::{find_ground, leveling, survey, unevenness_of_rays};
     #[pymodule_export]
     use crate::hdbscan::hdbscan;
+    #[pymodule_export]
+    use crate::heap::share_heap;
     #[pymodule_export]
     use crate::heightmap::{RawHeightMap, height_map, integrate};
     #[pymodule_export]
