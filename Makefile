@@ -13,7 +13,7 @@ export PIP_QUIET := 1
 export MATURIN_NO_MISSING_BUILD_BACKEND_WARNING := 1
 
 .PHONY: build demo test test-rust test-python test-checked fuzz fuzz-kernels interrupt check lint-rust lint-python bench \
-	docs docs-fields wheels test-aarch64 footprint audit docs-pictures clean
+	docs docs-fields wheels test-aarch64 footprint boards audit docs-pictures clean
 
 demo: build
 	$(BIN)/python -m divespot demo
@@ -108,12 +108,20 @@ wheels: $(VENV)/made
 	set -e; for target in $(MUSL); do PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m maturin build \
 	--release --zig --target $$target --compatibility musllinux_1_2 --out dist; done
 
-# Needs Debian's qemu-user-static, and dist/ from make wheels.
+# Needs Debian's qemu-user-static, and dist/ from make wheels. Rust brings a linker for musl along.
 test-aarch64: build
 	$(BIN)/python packaging/aarch64.py $(or $(ARM_WHEEL),$(error make wheels first))
+	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_RUSTFLAGS='-Clinker=rust-lld -Clinker-flavor=ld.lld' \
+	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_RUNNER='qemu-aarch64-static -cpu cortex-a57' \
+	cargo test --package divespot-core --lib --target aarch64-unknown-linux-musl \
+	--config profile.dev.opt-level=2 --config profile.dev.debug=false --quiet
 
 footprint: build
 	$(BIN)/python benches/footprint.py $(or $(HOST_WHEEL),$(error make wheels first))
+
+# Needs valgrind.
+boards: build
+	$(BIN)/python benches/boards.py
 
 # Licences, sources and advisories of all crates (deny.toml); the advisories are fetched.
 # cargo install cargo-deny

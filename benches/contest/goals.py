@@ -78,7 +78,7 @@ GOALS = (
     ),
     Goal(
         "HDBSCAN, 300k, against fast_hdbscan",
-        15,
+        18,
         lambda r: r.times("hdbscan", "fast_hdbscan", 300 * K),
     ),
     at_most("HDBSCAN, 300k, peak memory", 60, lambda r: r.peak_mb("hdbscan", 300 * K), "MB"),
@@ -89,19 +89,19 @@ GOALS = (
         lambda r: r.times("hdbscan", "divespot, min_samples 50", 300 * K),
         "×",
     ),
-    Goal("radius filter, 300k, against Open3D", 80, lambda r: r.times("radius", "Open3D", 300 * K)),
+    Goal("radius filter, 300k, against Open3D", 20, lambda r: r.times("radius", "Open3D", 300 * K)),
     Goal(
         "radius filter, 300k, against SciPy",
-        50,
+        30,
         lambda r: r.times("radius", "SciPy cKDTree", 300 * K),
     ),
     Goal(
-        "voxel downsampling, 300k, against Open3D", 5, lambda r: r.times("voxel", "Open3D", 300 * K)
+        "voxel downsampling, 300k, against Open3D", 3, lambda r: r.times("voxel", "Open3D", 300 * K)
     ),
     Goal("plane fit, 300k, against Open3D", 10, lambda r: r.times("plane", "Open3D", 300 * K)),
     Goal(
         "measure, 400k, against Open3D + hdbscan",
-        250,
+        350,
         lambda r: r.times("pipeline", "Open3D + hdbscan", 400 * K),
     ),
     at_most(
