@@ -30,10 +30,11 @@ from divespot import _native
 _native.share_heap()  # as the command line does
 count = int(sys.argv[1])
 rng = np.random.default_rng(0)
-points = rng.uniform(0.0, 1.0, (count, 3)) * (30.0, 30.0, 0.01)
-x, y = points[:, 0] - 15.0, points[:, 1] - 15.0
-points[:, 2] += np.maximum(0.0, 3.0 - 0.5 * np.sqrt(x * x + y * y))
-del x, y
+points = np.empty((count, 3))
+for part in np.array_split(points, 100):  # what is held meanwhile would hide a part of the peak
+    part[:] = rng.uniform(0.0, 1.0, part.shape) * (30.0, 30.0, 0.01)
+    x, y = part[:, 0] - 15.0, part[:, 1] - 15.0
+    part[:, 2] += np.maximum(0.0, 3.0 - 0.5 * np.sqrt(x * x + y * y))
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 divespot.measure(points)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)

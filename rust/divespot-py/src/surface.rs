@@ -1,7 +1,7 @@
 use divespot_core::hdbscan::{Selection, Settings, hdbscan};
 use divespot_core::surface::{self, Hills};
 use divespot_core::voxel::voxels_and_rows;
-use divespot_core::{Cloud, Point, both};
+use divespot_core::{Cloud, Point, both, thread_count};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
@@ -33,7 +33,8 @@ pub(crate) fn surface_and_clusters<'py>(
 ) -> PyResult<(Column<'py, bool>, VoxelParts<'py>, Option<Column<'py, i32>>)> {
     let near = Near::of(points, true, threads, need::VOXELS)?;
     let (points, origin) = (near.places(), near.origin());
-    let walk = || surface::surface_points_on(threads, points, cell_m, noise_m, anywhere);
+    let half = thread_count(threads).div_ceil(2);
+    let walk = || surface::surface_points_on(half, points, cell_m, noise_m, anywhere);
     let thin = || {
         let (mut voxels, of) = voxels_and_rows(points, voxel_m, threads)?;
         voxels.means = restored(origin, voxels.means);
