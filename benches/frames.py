@@ -11,14 +11,15 @@ from __future__ import annotations
 import importlib.util
 import sys
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import divespot
-from divespot import _native, frames, simulate
+from divespot import frames, simulate
 from divespot.frames.intrinsics import Intrinsics
-from divespot.frames.placing import View
+from divespot.frames.placing import View, place
 from divespot.frames.source import Frames
 
 if TYPE_CHECKING:
@@ -158,14 +159,12 @@ def waviness_m(points: NDArray[np.float64]) -> float:
 def fused(taken: SimulatedFrames, poses: Poses) -> NDArray[np.float64]:
     """Return the points at given poses, in the same voxels for all, the floor at z = 0."""
     view = View.of(Frames.of(taken.depth), Intrinsics.of(taken.matrix), "planar", 0)
-    tracker = _native.RawTracker(view.rays, view.shape, 0)
-    tracker.add(view.ranges_m(0), None, exact=False)
-    joint = tracker.solve(exact=False)
+    joint = place(replace(view, source=Frames.of(taken.depth[:1]))).solve()
     first = np.array([*(joint.poses[0] or np.eye(4)[:3].tolist()), [0.0, 0.0, 0.0, 1.0]])
     fusion = view.fusion(joint, None, 2.0)
     back = np.linalg.inv(poses[0])
     for number, pose in enumerate(poses):
-        fusion.add(view.ranges_m(number), (first @ back @ pose)[:3].tolist(), 0.0)
+        fusion.add(*view.frame(number), (first @ back @ pose)[:3].tolist(), 0.0)
     return fusion.points()[0]
 
 

@@ -12,7 +12,7 @@ import divespot
 from divespot import DivespotError, _native, simulate
 from divespot.frames import fuse
 from divespot.frames.intrinsics import Intrinsics
-from divespot.frames.placing import View
+from divespot.frames.placing import View, place
 from divespot.frames.source import Frames
 from divespot.simulate import scene_named
 
@@ -161,17 +161,14 @@ def test_radial_depth_and_metres_give_what_planar_depth_does(rail: SimulatedFram
 
 def test_frames_merge_in_any_order_to_the_same_bits(rail: SimulatedFrames) -> None:
     view = View.of(Frames.of(rail.depth), Intrinsics.of(rail.matrix), "planar", 1)
-    tracker = _native.RawTracker(view.rays, view.shape, 1)
-    for number in range(4):
-        tracker.add(view.ranges_m(number), None, exact=False)
-    joint = tracker.solve(exact=False)
+    joint = place(view).solve()
 
     def fusion(numbers: list[int]) -> _native.RawFusion:
         found: _native.RawFusion = view.fusion(joint, 0.01, 1.0)
         for n in numbers:
             pose = joint.poses[n]
             assert pose is not None
-            found.add(view.ranges_m(n), pose, joint.offsets_m[n])
+            found.add(*view.frame(n), pose, joint.offsets_m[n])
         return found
 
     whole = fusion([0, 1, 2, 3]).points()

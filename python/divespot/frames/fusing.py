@@ -10,11 +10,12 @@ import numpy as np
 from divespot import _native
 from divespot._arguments import number, switch, thread_number, word
 from divespot.errors import DivespotError, NothingSeenError
+from divespot.frames.ahead import ahead
 from divespot.frames.intrinsics import Given, Intrinsics
 from divespot.frames.placing import View, place
 from divespot.frames.poses import Poses, as_poses
 from divespot.frames.source import Depth, Frames
-from divespot.frames.telling import lost, slid, still, warnings_of
+from divespot.frames.telling import lost, slid, stood, warnings_of
 from divespot.io.scan import Registration, Scan
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 #: A camera stands still if it moved by less than this part of its range, and turned by less.
 STILL, STILL_RAD = 0.003, 0.003
-#: Most pixels of all frames of a camera that stands still that are averaged at once.
-MOST_PIXELS = 1 << 25
 #: Edge of a voxel in pixels' footprints: about four of a frame fall into one.
 FOOTPRINTS = 2.0
 #: The same where only one frame is left, whose pixels are to stay apart.
@@ -114,7 +113,7 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     tell = on_frame or (lambda _text: None)
     placed = place(view, given, exact=exact_poses, tell=tell)
     tell("solving for all poses")
-    joint = placed.tracker.solve(exact_poses)
+    joint = placed.solve(exact=exact_poses)
     if not exact_poses and _stands_still(joint):
         return _still(view, joint, placed, voxel_m)
     return _fused(view, joint, placed, voxel_m, tell)
@@ -147,12 +146,14 @@ def _fused(
     voxel_m: float | None,
     tell: Callable[[str], None],
 ) -> Scan:
-    kept = [at for at, pose in enumerate(joint.poses) if pose is not None]
+    poses = {at: pose for at, pose in enumerate(joint.poses) if pose is not None}
+    kept = list(poses)
     fusion = view.fusion(joint, voxel_m, FOOTPRINTS if len(kept) > 1 else ONE_FRAME)
-    for at, pose in enumerate(joint.poses):
-        if pose is not None:
-            tell(f"fusing frame {at + 1} of {len(view.source)}")
-            fusion.add(view.ranges_m(at), pose, joint.offsets_m[at])
+    for at, frame in zip(kept, ahead(view.frame, kept, view.threads), strict=True):
+        tell(f"fusing frame {at + 1} of {len(view)}")
+        if not joint.solved[at]:
+            poses[at] = placed.tracker.settled(at, placed.cutter.cut(*frame))
+        fusion.add(*frame, poses[at], joint.offsets_m[at])
     scale = _u_scale(joint)
     found = Registration(
         frames=len(kept),
@@ -163,7 +164,7 @@ def _fused(
         u_offset_m=joint.u_offset_m,
         loops=joint.loops,
         left_out=tuple(view.source.names[at] for at, _ in placed.lost),
-        poses=_matrices(joint.poses),
+        poses=_matrices([poses.get(at) for at in range(len(view))]),
         is_still=False,
         times_s=view.source.times_s,
     )
@@ -171,28 +172,24 @@ def _fused(
 
 
 def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float | None) -> Scan:
-    """Average the frames of a camera that did not move, in groups that fit into memory."""
+    """Average the frames of a camera that did not move: what stands first, then its mean."""
     kept = [at for at, pose in enumerate(joint.poses) if pose is not None]
-    pixels = view.shape[0] * view.shape[1]
-    groups = math.ceil(len(kept) * pixels / MOST_PIXELS)
-    means, betweens, left_out = [], [], []
-    for group in np.array_split(np.array(kept), groups):
-        stack = np.stack([view.ranges_m(int(number)).ravel() for number in group])
-        mean, _, _, between_m, out = _native.average_frames(stack, view.shape[1], view.threads)
-        means.append(mean)
-        betweens.append(between_m)
-        left_out.append(out)
-    ranges_m = means[0] if groups == 1 else _mean(means)
+    still = _native.RawStill(view.shape, joint.noise, view.threads)
+    for frame in ahead(view.frame, kept, view.threads):
+        still.vote(*frame)
+    for frame in ahead(view.frame, kept, view.threads):
+        still.add(*frame)
+    ranges_m, _, between_m, left_out = still.averaged()
     fusion = view.fusion(joint, voxel_m, ONE_FRAME)
     pose = next(pose for pose in joint.poses if pose is not None)
-    fusion.add(ranges_m, pose, joint.offset_m)
+    fusion.add(view.camera, ranges_m, pose, joint.offset_m)
     # What frames have in common falls with their number; the camera's own offset does not.
-    u_mean_m = float(np.mean(betweens)) / math.sqrt(len(kept))
+    u_mean_m = between_m / math.sqrt(len(kept))
     found = Registration(
         frames=len(kept),
         u_height_m=u_mean_m,
         u_scale=_u_scale(joint),
-        between_m=float(np.mean(betweens)),
+        between_m=between_m,
         offset_m=joint.offset_m,
         u_offset_m=joint.u_offset_m,
         loops=0,
@@ -204,16 +201,9 @@ def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float |
     warnings = (
         *lost(view, placed),
         *slid(view, placed),
-        still(len(kept), float(np.mean(left_out))),
+        stood(len(kept), left_out),
     )
     return _scan(view, fusion, found, warnings)
-
-
-def _mean(means: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
-    with np.errstate(invalid="ignore"):
-        stack = np.stack(means)
-        count = np.isfinite(stack).sum(axis=0)
-        return np.asarray(np.nansum(stack, axis=0) / np.where(count, count, np.nan), np.float32)
 
 
 def _u_scale(joint: _native.RawJoint) -> float:

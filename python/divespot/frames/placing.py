@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from divespot import _native
 from divespot.errors import DivespotError, NothingSeenError
+from divespot.frames.ahead import ahead
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 Kind: TypeAlias = Literal["planar", "radial"]
 Pose: TypeAlias = "list[list[float]]"
+Frame: TypeAlias = "tuple[_native.RawCamera, NDArray[np.float32]]"
 
 #: Why a frame was left out, by the kernel's word for it.
 REASONS = {
@@ -37,19 +40,25 @@ class View:
     ----------
     source
         The frames.
-    rays
-        Unit vectors, shape ``(rows * columns, 3)``; NaN where the lens lets nothing through.
+    camera
+        Its rays.
     per_depth
-        Range in a unit of depth, shape ``(rows, columns)``.
+        Range in a unit of depth, shape ``(rows, columns)``; NaN where the lens lets nothing
+        through.
     shape
         Rows and columns.
+    pitch
+        Angle between the rays of neighbours in the middle of the image.
+    threads
+        Threads to use; 0: all.
 
     """
 
     source: Frames
-    rays: NDArray[np.float64]
+    camera: _native.RawCamera
     per_depth: NDArray[np.float32]
     shape: tuple[int, int]
+    pitch: float
     threads: int
 
     @classmethod
@@ -62,9 +71,19 @@ class View:
             )
         lens.require_size(rows, columns)
         rays = lens.rays(rows, columns)
-        per_depth = np.ones(len(rays)) if kind == "radial" else 1.0 / rays[:, 2]
+        per_depth = rays[:, 2] / rays[:, 2] if kind == "radial" else 1.0 / rays[:, 2]
         shaped = per_depth.astype(np.float32).reshape(rows, columns)
-        return cls(source, rays, shaped, (rows, columns), threads)
+        shape = (rows, columns)
+        return cls(
+            source, _native.RawCamera(rays, shape), shaped, shape, _pitch(rays, shape), threads
+        )
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+    def frame(self, number: int) -> Frame:
+        """Return a frame: what took it, and its ranges."""
+        return self.camera, self.ranges_m(number)
 
     def ranges_m(self, number: int) -> NDArray[np.float32]:
         """Return the ranges of a frame."""
@@ -82,17 +101,15 @@ class View:
     ) -> _native.RawFusion:
         """Return voxels to add frames to."""
         if voxel_m is None:
-            voxel_m = wide * joint.range_m * self.pitch()
-        return _native.RawFusion(
-            self.rays, self.shape, voxel_m, joint.noise, joint.range_m, self.threads
-        )
+            voxel_m = wide * joint.range_m * self.pitch
+        return _native.RawFusion(voxel_m, joint.noise, joint.range_m, self.threads)
 
-    def pitch(self) -> float:
-        """Return the angle between the rays of neighbours in the middle of the image."""
-        rows, columns = self.shape
-        middle = rows // 2 * columns + columns // 2
-        steps = self.rays[[middle - 1, middle - columns]] - self.rays[middle]
-        return float(np.sqrt((steps**2).sum(axis=1)).max())
+
+def _pitch(rays: NDArray[np.float64], shape: tuple[int, int]) -> float:
+    rows, columns = shape
+    middle = rows // 2 * columns + columns // 2
+    steps = rays[[middle - 1, middle - columns]] - rays[middle]
+    return float(np.sqrt((steps**2).sum(axis=1)).max())
 
 
 @dataclass
@@ -100,12 +117,21 @@ class Placed:
     """The frames as they were laid on each other, and what there is to say of it."""
 
     tracker: _native.RawTracker
-    lost: list[tuple[int, str]]
-    slid: list[tuple[int, tuple[float, float, float]]]
+    cutter: _native.RawCutter
+    lost: list[tuple[int, str]] = field(default_factory=list)
+    slid: list[tuple[int, tuple[float, float, float]]] = field(default_factory=list)
+
+    def solve(self, *, exact: bool = False) -> _native.RawJoint:
+        """Solve for all poses."""
+        return self.tracker.solve(self.cutter.noise(), exact)
 
 
 def place(
-    view: View, given: NDArray[np.float64] | None, *, exact: bool, tell: Callable[[str], None]
+    view: View,
+    given: NDArray[np.float64] | None = None,
+    *,
+    exact: bool = False,
+    tell: Callable[[str], None] = lambda _text: None,
 ) -> Placed:
     """Place the frames one by one, each on what was seen before.
 
@@ -115,20 +141,25 @@ def place(
         None of them shows a surface.
 
     """
-    placed = Placed(_native.RawTracker(view.rays, view.shape, view.threads), [], [])
-    for number in range(len(view.source)):
-        tell(f"placing frame {number + 1} of {len(view.source)}")
-        pose = None if given is None or np.isnan(given[number]).any() else _rows(given[number])
-        if exact and pose is None:
+    # One frame is cut while the one before it is laid.
+    share = max(1, (view.threads or os.cpu_count() or 1) // 2)
+    placed = Placed(_native.RawTracker(share), _native.RawCutter(share))
+    poses = [_start(given, number) for number in range(len(view))]
+
+    def cut(number: int) -> _native.RawPatches | None:
+        is_needed = poses[number] is not None or not exact
+        return placed.cutter.cut(*view.frame(number)) if is_needed else None
+
+    for number, patches in enumerate(ahead(cut, range(len(view)), view.threads)):
+        tell(f"placing frame {number + 1} of {len(view)}")
+        found, why = placed.tracker.add(patches, poses[number], exact)
+        if patches is None:
             placed.lost.append((number, "no pose was given for it"))
-            placed.tracker.add(np.zeros(view.shape, np.float32), None, exact=False)
-            continue
-        found, why = placed.tracker.add(view.ranges_m(number), pose, exact)
-        if found is None:
+        elif found is None:
             placed.lost.append((number, REASONS[why]))
         elif found[3] is not None:
             placed.slid.append((number, found[3]))
-    if len(placed.lost) == len(view.source):
+    if len(placed.lost) == len(view):
         number, why = placed.lost[0]
         raise NothingSeenError(
             f"{view.source.names[number]}: {why}, and no other frame shows more: depth of a "
@@ -137,6 +168,9 @@ def place(
     return placed
 
 
-def _rows(pose: NDArray[np.float64]) -> Pose:
-    rows: Pose = pose[:3].tolist()
+def _start(given: NDArray[np.float64] | None, number: int) -> Pose | None:
+    """Return the pose that was given for a frame, if any."""
+    if given is None or np.isnan(given[number]).any():
+        return None
+    rows: Pose = given[number][:3].tolist()
     return rows

@@ -47,7 +47,7 @@ def slid(view: View, placed: Placed) -> list[str]:
     return [said] if placed.slid else []
 
 
-def still(frames: int, left_out: float) -> str:
+def stood(frames: int, left_out: float) -> str:
     """Say what was made of a camera that did not move."""
     return (
         f"the camera stood still: {frames} frames were averaged, {left_out:.1%} of their pixels "

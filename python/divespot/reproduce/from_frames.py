@@ -84,18 +84,18 @@ def _error(scan: Scannable, taken: SimulatedFrames) -> tuple[float, float] | Non
 def _at_poses(taken: SimulatedFrames) -> dict[str, float | None]:
     """Return the errors with true poses, and with those of frames that were placed one by one."""
     view = View.of(Frames.of(taken.depth), Intrinsics.of(taken.matrix), "planar", 1)
-    tracker = place(view, None, exact=False, tell=lambda _text: None).tracker
-    placed = tracker.poses()
-    joint = tracker.solve(exact=False)
+    found = place(view)
+    placed = found.tracker.poses()
+    joint = found.solve()
     true = [pose[:3].tolist() for pose in taken.poses]
     errors: dict[str, float | None] = {}
     for name, poses in (("true", true), ("placed", placed)):
         fusion = view.fusion(joint, None, VOXEL_PIXELS)
         for number, pose in enumerate(poses):
             if pose is not None:
-                fusion.add(view.ranges_m(number), pose, 0.0)
-        found = _error(fusion.points()[0], taken)
-        errors[name] = found and found[0]
+                fusion.add(*view.frame(number), pose, 0.0)
+        error = _error(fusion.points()[0], taken)
+        errors[name] = error and error[0]
     return errors
 
 

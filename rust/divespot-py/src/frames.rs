@@ -1,5 +1,5 @@
 use divespot_core::frames::{
-    Camera, Fusion, Lost, Motion, Noise, Placed, Tracker, averaged, usable,
+    Camera, Cutter, Fusion, Lost, Motion, Noise, NoiseTable, Patch, Placed, Still, Tracker, usable,
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::{IntoPyArray, PyArray2};
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
 use crate::errors::{DivespotError, raise};
-use crate::interrupt::{attempted, detached};
+use crate::interrupt::detached;
 use crate::points::{Column, Rows, rows};
 
 /// Coefficients of a noise model.
@@ -19,17 +19,27 @@ type Pose = [[f64; 4]; 3];
 /// Overlap, share that lies on the model, deviation, direction in which the frame slides.
 type PlacedParts = (f64, f64, f64, Option<[f64; 3]>);
 
-fn camera(rays: &ReadonlyArray2<'_, f64>, shape: (usize, usize)) -> PyResult<Camera> {
-    let rays = rays.as_array();
-    if rays.ncols() != 3 {
-        return Err(DivespotError::new_err("three numbers a ray are needed"));
+/// The rays of a camera.
+#[pyclass(frozen)]
+pub(crate) struct RawCamera {
+    camera: Camera,
+}
+
+#[pymethods]
+impl RawCamera {
+    #[new]
+    fn new(rays: ReadonlyArray2<'_, f64>, shape: (usize, usize)) -> PyResult<Self> {
+        let rays = rays.as_array();
+        if rays.ncols() != 3 {
+            return Err(DivespotError::new_err("three numbers a ray are needed"));
+        }
+        let rays: Vec<[f64; 3]> = rays.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
+        Ok(Self { camera: Camera::new(shape.0, shape.1, &rays).map_err(raise)? })
     }
-    let rays: Vec<[f64; 3]> = rays.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
-    Camera::new(shape.0, shape.1, &rays).map_err(raise)
 }
 
 /// Ranges, NaN where a pixel saw nothing.
-fn ranges(array: &ReadonlyArray2<'_, f32>, camera: &Camera) -> PyResult<Vec<f64>> {
+fn ranges(array: &ReadonlyArray2<'_, f32>, camera: &Camera) -> PyResult<Vec<f32>> {
     let array = array.as_array();
     if array.dim() != (camera.rows, camera.columns) {
         let (rows, columns) = array.dim();
@@ -38,8 +48,11 @@ fn ranges(array: &ReadonlyArray2<'_, f32>, camera: &Camera) -> PyResult<Vec<f64>
             camera.rows, camera.columns
         )));
     }
-    let range = |&r: &f32| if r > 0.0 && r.is_finite() { f64::from(r) } else { f64::NAN };
-    Ok(array.iter().map(range).collect())
+    let range = |&r: &f32| if r > 0.0 && r.is_finite() { r } else { f32::NAN };
+    Ok(match array.as_slice() {
+        Some(held) => held.iter().map(range).collect(),
+        None => array.iter().map(range).collect(),
+    })
 }
 
 fn motion(pose: &Pose) -> Motion {
@@ -65,6 +78,7 @@ fn noise((at_metre_m, power, incidence): Coefficients) -> Noise {
 #[pyclass(frozen, get_all)]
 pub(crate) struct RawJoint {
     poses: Vec<Option<Pose>>,
+    solved: Vec<bool>,
     offsets_m: Vec<f64>,
     offset_m: f64,
     u_offset_m: f64,
@@ -77,32 +91,66 @@ pub(crate) struct RawJoint {
     noise: Coefficients,
 }
 
+/// The patches of a frame.
+#[pyclass(frozen)]
+pub(crate) struct RawPatches {
+    patches: Vec<Patch>,
+}
+
+#[pyclass]
+pub(crate) struct RawCutter {
+    cutter: Cutter,
+}
+
+#[pymethods]
+impl RawCutter {
+    #[new]
+    fn new(threads: usize) -> Self {
+        Self { cutter: Cutter::new(None, threads) }
+    }
+
+    fn cut(
+        &mut self,
+        py: Python<'_>,
+        camera: &RawCamera,
+        ranges_m: ReadonlyArray2<'_, f32>,
+    ) -> PyResult<RawPatches> {
+        let ranges_m = ranges(&ranges_m, &camera.camera)?;
+        let cutter = &mut self.cutter;
+        let patches = detached(py, || cutter.cut(&camera.camera, &ranges_m))?;
+        Ok(RawPatches { patches })
+    }
+
+    fn noise(&self) -> Coefficients {
+        let noise = self.cutter.noise();
+        (noise.at_metre_m, noise.power, noise.incidence)
+    }
+}
+
 #[pyclass]
 pub(crate) struct RawTracker {
-    camera: Camera,
     tracker: Tracker,
 }
 
 #[pymethods]
 impl RawTracker {
     #[new]
-    fn new(rays: ReadonlyArray2<'_, f64>, shape: (usize, usize), threads: usize) -> PyResult<Self> {
-        let camera = camera(&rays, shape)?;
-        Ok(Self { tracker: Tracker::new(camera.clone(), None, threads), camera })
+    fn new(threads: usize) -> Self {
+        Self { tracker: Tracker::new(threads) }
     }
 
     /// How the frame was placed, or why it was not.
     fn add(
         &mut self,
         py: Python<'_>,
-        ranges_m: ReadonlyArray2<'_, f32>,
+        patches: Option<PyRef<'_, RawPatches>>,
         given: Option<Pose>,
         exact: bool,
     ) -> PyResult<(Option<PlacedParts>, &'static str)> {
-        let ranges_m = ranges(&ranges_m, &self.camera)?;
         let given = given.as_ref().map(motion);
         let tracker = &mut self.tracker;
-        let found = detached(py, || tracker.add(&ranges_m, given, exact))?;
+        let patches: &[Patch] = patches.as_ref().map_or(&[], |cut| &cut.patches);
+        let found = detached(py, || tracker.add(patches, given, exact))?;
         Ok(match found {
             Ok(Placed { overlap, lying, sigma_m, sliding }) => {
                 (Some((overlap, lying, sigma_m, sliding)), "")
@@ -113,17 +161,39 @@ impl RawTracker {
         })
     }
 
+    /// Where a frame lies that was placed, but not solved for.
+    fn settled(
+        &self,
+        py: Python<'_>,
+        number: usize,
+        patches: &RawPatches,
+    ) -> PyResult<Pose> {
+        let found = detached(py, || self.tracker.settled(number, &patches.patches))?;
+        found.as_ref().map(pose).ok_or_else(|| DivespotError::new_err("the frame was left out"))
+    }
+
+    /// Bytes of the model, and of what is held of frames.
+    fn bytes(&self) -> (usize, usize) {
+        self.tracker.bytes()
+    }
+
     /// The poses as the frames were placed one by one.
     fn poses(&self) -> Vec<Option<Pose>> {
         self.tracker.poses().iter().map(|one| one.as_ref().map(pose)).collect()
     }
 
-    fn solve(&mut self, py: Python<'_>, exact: bool) -> PyResult<RawJoint> {
+    fn solve(
+        &mut self,
+        py: Python<'_>,
+        coefficients: Coefficients,
+        exact: bool,
+    ) -> PyResult<RawJoint> {
         let tracker = &mut self.tracker;
-        let joint = detached(py, || tracker.solve(exact))?;
-        let noise = self.tracker.noise();
+        let noise = noise(coefficients);
+        let joint = detached(py, || tracker.solve(&noise, exact))?;
         Ok(RawJoint {
             poses: joint.poses.iter().map(|one| one.as_ref().map(pose)).collect(),
+            solved: joint.solved,
             offsets_m: joint.offsets_m,
             offset_m: joint.offset_m,
             u_offset_m: joint.u_offset_m,
@@ -133,7 +203,7 @@ impl RawTracker {
             loops: joint.loops,
             has_floor: joint.has_floor,
             range_m: self.tracker.range_m(),
-            noise: (noise.at_metre_m, noise.power, noise.incidence),
+            noise: coefficients,
         })
     }
 }
@@ -143,8 +213,6 @@ type FusedParts<'py> = (Rows<'py>, Column<'py, u32>, Column<'py, u32>, Column<'p
 
 #[pyclass]
 pub(crate) struct RawFusion {
-    camera: Camera,
-    noise: Noise,
     fusion: Fusion,
     threads: usize,
 }
@@ -153,32 +221,36 @@ pub(crate) struct RawFusion {
 impl RawFusion {
     #[new]
     fn new(
-        rays: ReadonlyArray2<'_, f64>,
-        shape: (usize, usize),
         voxel_m: f64,
         coefficients: Coefficients,
         range_m: f64,
         threads: usize,
     ) -> PyResult<Self> {
-        let (camera, noise) = (camera(&rays, shape)?, noise(coefficients));
-        let fusion = Fusion::new(voxel_m, &noise, range_m).map_err(raise)?;
-        Ok(Self { camera, noise, fusion, threads: divespot_core::thread_count(threads) })
+        let fusion = Fusion::new(voxel_m, &noise(coefficients), range_m).map_err(raise)?;
+        Ok(Self { fusion, threads: divespot_core::thread_count(threads) })
     }
 
     fn add(
         &mut self,
         py: Python<'_>,
+        camera: &RawCamera,
         ranges_m: ReadonlyArray2<'_, f32>,
         pose: Pose,
         offset_m: f64,
     ) -> PyResult<()> {
-        let ranges_m = ranges(&ranges_m, &self.camera)?;
+        let camera = &camera.camera;
+        let ranges_m = ranges(&ranges_m, camera)?;
         let pose = motion(&pose);
-        let Self { camera, noise, fusion, threads } = self;
+        let Self { fusion, threads } = self;
         detached(py, || {
-            let usable = usable(camera, &ranges_m, noise, *threads);
+            let usable = usable(camera, &ranges_m, fusion.noise(), *threads);
             fusion.add(camera, &ranges_m, &usable, &pose, offset_m, *threads);
         })
+    }
+
+    /// Bytes of the voxels.
+    fn bytes(&self) -> usize {
+        self.fusion.bytes()
     }
 
     fn merge(&mut self, other: PyRef<'_, Self>) {
@@ -197,29 +269,53 @@ impl RawFusion {
     }
 }
 
-/// Mean ranges, counts, deviations of a pixel and of a frame, share left out.
-type AveragedParts<'py> = (Bound<'py, PyArray2<f32>>, Column<'py, u32>, f64, f64, f64);
+/// Mean ranges, deviations of a pixel and of a frame, share left out.
+type AveragedParts<'py> = (Bound<'py, PyArray2<f32>>, f64, f64, f64);
 
-/// The mean of frames of a camera that stands still, each a row.
-#[pyfunction]
-pub(crate) fn average_frames<'py>(
-    py: Python<'py>,
-    frames: ReadonlyArray2<'py, f32>,
-    columns: usize,
-    threads: usize,
-) -> PyResult<AveragedParts<'py>> {
-    let (count, pixels) = frames.as_array().dim();
-    let held: Vec<f32> = frames.as_array().iter().copied().collect();
-    if columns == 0 || !pixels.is_multiple_of(columns) {
-        return Err(DivespotError::new_err("whole rows of pixels are needed"));
+/// The frames of a camera that stands still.
+#[pyclass]
+pub(crate) struct RawStill {
+    shape: [usize; 2],
+    still: Still,
+}
+
+#[pymethods]
+impl RawStill {
+    #[new]
+    fn new(shape: [usize; 2], coefficients: Coefficients, threads: usize) -> Self {
+        let noise = NoiseTable::new(&noise(coefficients));
+        Self { shape, still: Still::new(shape[0] * shape[1], noise, threads) }
     }
-    let frame = |f: usize, i: usize| {
-        let r = held[f * pixels + i];
-        if r > 0.0 && r.is_finite() { f64::from(r) } else { f64::NAN }
-    };
-    let found = attempted(py, || Ok(averaged(count, pixels, frame, threads)))?;
-    let means: Vec<f32> = found.ranges_m.iter().map(|&r| r as f32).collect();
-    let shaped =
-        numpy::PyArrayMethods::reshape(&means.into_pyarray(py), [pixels / columns, columns])?;
-    Ok((shaped, found.counts.into_pyarray(py), found.sigma_m, found.between_m, found.left_out))
+
+    fn vote(
+        &mut self,
+        py: Python<'_>,
+        camera: &RawCamera,
+        ranges_m: ReadonlyArray2<'_, f32>,
+    ) -> PyResult<()> {
+        let ranges_m = ranges(&ranges_m, &camera.camera)?;
+        detached(py, || self.still.vote(&ranges_m))
+    }
+
+    fn add(
+        &mut self,
+        py: Python<'_>,
+        camera: &RawCamera,
+        ranges_m: ReadonlyArray2<'_, f32>,
+    ) -> PyResult<()> {
+        let ranges_m = ranges(&ranges_m, &camera.camera)?;
+        detached(py, || self.still.add(&ranges_m))
+    }
+
+    fn averaged<'py>(&self, py: Python<'py>) -> PyResult<AveragedParts<'py>> {
+        let found = detached(py, || self.still.averaged())?;
+        let ranges_m = found.ranges_m.into_pyarray(py);
+        let shaped = numpy::PyArrayMethods::reshape(&ranges_m, self.shape)?;
+        Ok((shaped, found.sigma_m, found.between_m, found.left_out))
+    }
+
+    /// Bytes of what is held.
+    fn bytes(&self) -> usize {
+        self.still.bytes()
+    }
 }

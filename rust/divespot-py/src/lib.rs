@@ -28,7 +28,9 @@ mod _native {
     #[pymodule_export]
     use crate::e57::read_e57;
     #[pymodule_export]
-    use crate::frames::{RawFusion, RawJoint, RawTracker, average_frames};
+    use crate::frames::{
+        RawCamera, RawCutter, RawFusion, RawJoint, RawPatches, RawStill, RawTracker,
+    };
     #[pymodule_export]
     use crate::ground::{find_ground, leveling, survey, unevenness_of_rays};
     #[pymodule_export]

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{Error, Point, Result};
 
-/// The rays of a camera's pixels, row by row.
+/// The rays of a camera's pixels, row by row, and the blocks that they are cut into.
 #[derive(Debug, Clone)]
 pub struct Camera {
     /// Rows of pixels.
@@ -12,10 +12,28 @@ pub struct Camera {
     /// Columns of pixels.
     pub columns: usize,
     /// Unit vectors: x right, y down, z ahead. Not finite where a pixel sees nothing.
-    pub(crate) rays: Vec<Vector3<f64>>,
+    pub(crate) rays: Vec<[f32; 3]>,
     /// Angle between the rays of a pixel and of its right, or else its lower, neighbour.
-    pub(crate) pitch: Vec<f64>,
+    pub(crate) pitch: Vec<f32>,
+    /// Edge in pixels of a block: about 5,000 of them make up a frame.
+    pub(crate) block: usize,
+    /// The axes of the blocks, row by row.
+    pub(crate) blocks: Vec<Axes>,
+    /// The ray of each pixel along the axes of its block: across and down as parts of ahead, ahead.
+    pub(crate) plan: Vec<[f32; 3]>,
 }
+
+/// The axes of a block of pixels: across, down, and ahead, the ray in its middle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Axes {
+    pub(crate) across: Vector3<f64>,
+    pub(crate) down: Vector3<f64>,
+    pub(crate) ahead: Vector3<f64>,
+}
+
+/// Patches of a frame, about: enough to fix six unknowns to a small part of a pixel's noise, and
+/// few enough for ten frames a second.
+const PATCHES: f64 = 5000.0;
 
 impl Camera {
     /// A camera with one ray a pixel.
@@ -29,14 +47,19 @@ impl Camera {
                 "a camera needs 3 x 3 pixels or more, and a ray for each",
             ));
         }
-        let rays: Vec<Vector3<f64>> = rays.iter().map(|&r| Vector3::from(r)).collect();
-        let pitch = |i: usize| {
-            let beside = if (i + 1).is_multiple_of(columns) { i - 1 } else { i + 1 };
-            let below = if i + columns < rays.len() { i + columns } else { i - columns };
-            distance(&rays[i], &rays[beside]).max(distance(&rays[i], &rays[below]))
+        let exact: Vec<Vector3<f64>> = rays.iter().map(|&r| Vector3::from(r)).collect();
+        let block = ((rays.len() as f64 / PATCHES).sqrt().round() as usize).clamp(2, 16);
+        let mut camera = Self {
+            rows,
+            columns,
+            rays: rays.iter().map(|ray| ray.map(|v| v as f32)).collect(),
+            pitch: (0..rays.len()).map(|i| pitch(&exact, columns, i)).collect(),
+            block,
+            blocks: Vec::new(),
+            plan: vec![[0.0; 3]; rays.len()],
         };
-        let pitch = (0..rays.len()).map(pitch).collect();
-        Ok(Self { rows, columns, rays, pitch })
+        camera.set_blocks(&exact);
+        Ok(camera)
     }
 
     /// The number of pixels.
@@ -45,18 +68,50 @@ impl Camera {
         self.rays.len()
     }
 
-    /// Edge in pixels of a patch: about 5,000 of them make up a frame.
-    pub(crate) fn block(&self) -> usize {
-        let per = self.pixels() as f64 / PATCHES;
-        (per.sqrt().round() as usize).clamp(2, 16)
+    /// Blocks in a row of blocks, and such rows.
+    pub(crate) fn in_blocks(&self) -> (usize, usize) {
+        (self.columns / self.block, self.rows / self.block)
+    }
+
+    fn set_blocks(&mut self, rays: &[Vector3<f64>]) {
+        let (across, down) = self.in_blocks();
+        for number in 0..across * down {
+            let corner = (number / across * self.columns + number % across) * self.block;
+            let axes = Axes::about(&rays[corner + self.block / 2 * (self.columns + 1)]);
+            for k in 0..self.block * self.block {
+                let pixel = corner + k / self.block * self.columns + k % self.block;
+                self.plan[pixel] = axes.parts(&rays[pixel]).map(|v| v as f32);
+            }
+            self.blocks.push(axes);
+        }
     }
 }
 
-/// Patches of a frame, about: enough to fix six unknowns to a small part of a pixel's noise, and
-/// few enough for ten frames a second.
-const PATCHES: f64 = 5000.0;
+impl Axes {
+    fn about(ahead: &Vector3<f64>) -> Self {
+        let aside = if ahead.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+        let across = ahead.cross(&aside).normalize();
+        Self { across, down: ahead.cross(&across), ahead: *ahead }
+    }
 
-fn distance(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
-    let d = a - b;
-    d.dot(&d).sqrt()
+    fn parts(&self, ray: &Vector3<f64>) -> [f64; 3] {
+        let ahead = ray.dot(&self.ahead);
+        [ray.dot(&self.across) / ahead, ray.dot(&self.down) / ahead, ahead]
+    }
+
+    /// What has these parts.
+    #[inline]
+    pub(crate) fn joined(&self, across: f64, down: f64, ahead: f64) -> Vector3<f64> {
+        self.across * across + self.down * down + self.ahead * ahead
+    }
+}
+
+fn pitch(rays: &[Vector3<f64>], columns: usize, i: usize) -> f32 {
+    let beside = if (i + 1).is_multiple_of(columns) { i - 1 } else { i + 1 };
+    let below = if i + columns < rays.len() { i + columns } else { i - columns };
+    let away = |other: usize| {
+        let d = rays[i] - rays[other];
+        d.dot(&d).sqrt()
+    };
+    away(beside).max(away(below)) as f32
 }

@@ -1,12 +1,11 @@
 //! How well a joint solution of poses is known: from what frames differ by, and from its covariance.
 
-use std::collections::BTreeMap;
-
 use nalgebra::DVector;
 
-use super::links::Link;
+use super::keyframe::Keyframe;
+use super::keys::{Cells, number};
+use super::links::{Link, Links};
 use super::state::{ALIKE, OFFSET_M, State, middles};
-use super::track::Kept;
 
 /// Places at which heights are asked for their uncertainty.
 const ASKED: usize = 48;
@@ -15,33 +14,38 @@ const SHARED: usize = 200;
 
 impl State {
     /// How frames differ over places that are a few cubes wide.
-    pub(super) fn spread(&self, frames: &[Option<Kept>], found: &[Link]) -> Spread {
+    pub(super) fn spread(&self, frames: &[Option<Keyframe>], found: &Links) -> Spread {
         let wide_m = ALIKE * self.range_m;
-        let mut sums: BTreeMap<([i32; 3], usize), [f64; 3]> = Default::default();
+        let mut places: Cells<usize> = Cells::default();
+        // Of each place in turn, of each frame: the sum, the count, the sum of variances.
+        let mut sums: Vec<[f64; 3]> = Vec::new();
         for link in found.iter().filter(|link| link.sights.len() > 1) {
-            let place = link.surfel.at.map(|v| (v / wide_m).floor() as i32).into();
+            let at = link.surfel.at.map(|v| (v / wide_m).floor() as i64).into();
+            let Some(key) = number(at) else { continue };
+            let place = *places.entry(key).or_insert(sums.len());
+            if place == sums.len() {
+                sums.resize(place + frames.len(), [0.0; 3]);
+            }
             for (sight, off) in link.sights.iter().zip(self.residuals(frames, link)) {
-                let sum = sums.entry((place, sight.frame)).or_default();
-                let variance = sight.noise_m2 + self.unexplained_m * self.unexplained_m;
-                *sum = [sum[0] + off, sum[1] + 1.0, sum[2] + variance];
+                let sum = &mut sums[place + sight.frame()];
+                *sum = [sum[0] + off, sum[1] + 1.0, sum[2] + 1.0 / self.weight(sight)];
             }
         }
-        let mut places: BTreeMap<[i32; 3], Vec<[f64; 3]>> = Default::default();
-        for ((place, _), sum) in sums.into_iter().filter(|(_, sum)| sum[1] >= 8.0) {
-            places.entry(place).or_default().push(sum);
-        }
-        Spread::of(places.into_values().filter(|own| own.len() > 1))
+        let enough = |place: &[[f64; 3]]| -> Vec<[f64; 3]> {
+            place.iter().copied().filter(|sum| sum[1] >= 8.0).collect()
+        };
+        Spread::of(sums.chunks(frames.len().max(1)).map(enough).filter(|own| own.len() > 1))
     }
 
     /// Uncertainties of heights above the floor, and of the common offset.
-    pub(super) fn by_covariance(&self, frames: &[Option<Kept>], found: &[Link]) -> (f64, f64) {
+    pub(super) fn by_covariance(&self, frames: &[Option<Keyframe>], found: &Links) -> (f64, f64) {
         let Some(solved) = &self.solved else { return (0.0, OFFSET_M) };
         let middles = middles(frames);
-        let seen: Vec<&Link> = found.iter().filter(|link| !link.sights.is_empty()).collect();
+        let seen: Vec<Link<'_>> = found.iter().filter(|link| !link.sights.is_empty()).collect();
         let every = seen.len().div_ceil(ASKED).max(1);
-        let mut variances = Vec::new();
+        let (mut variances, mut rows) = (Vec::new(), Vec::new());
         for link in seen.iter().step_by(every) {
-            let rows = self.rows(frames, &middles, link);
+            self.rows(frames, &middles, *link, &mut rows);
             let weight: f64 = rows.iter().map(|r| r.weight).sum();
             let mut combination = DVector::zeros(solved.unknowns());
             for r in &rows {
@@ -99,14 +103,15 @@ impl Spread {
 }
 
 /// Pairs of frames that share surfels, neighbours aside.
-pub(crate) fn loops(found: &[Link]) -> usize {
-    let mut shared: BTreeMap<(usize, usize), usize> = Default::default();
-    for link in found {
+pub(crate) fn loops(frames: usize, found: &Links) -> usize {
+    let mut shared = vec![0; frames * frames];
+    for link in found.iter() {
         for (i, one) in link.sights.iter().enumerate() {
             for other in &link.sights[..i] {
-                *shared.entry((other.frame, one.frame)).or_default() += 1;
+                shared[other.frame() * frames + one.frame()] += 1;
             }
         }
     }
-    shared.iter().filter(|((a, b), count)| b - a > 1 && **count >= SHARED).count()
+    let apart = |at: usize| at / frames + 1 < at % frames;
+    shared.iter().enumerate().filter(|&(at, &count)| count >= SHARED && apart(at)).count()
 }

@@ -52,7 +52,10 @@ const FIXED: f64 = 2e-4;
 /// The noise of normals looks like slopes; so many times its variance is taken off.
 const NOISY: f64 = 1.2;
 /// Patches that a thread takes at a time.
-const CHUNK: usize = 512;
+const CHUNK: usize = 2048;
+/// Patches stay on the planes they were laid on while the frame moves by less than this part of
+/// the reach.
+const SAME: f64 = 0.05;
 /// A patch lies on the model within so many standard deviations.
 const ON: f64 = 4.0;
 
@@ -85,21 +88,28 @@ struct Run<'a> {
     sliding: Option<Vector3<f64>>,
 }
 
-/// A patch and the plane that it is laid on.
+/// A patch and the surfel that it is laid on.
 #[derive(Clone, Copy)]
 struct Pair {
-    at: Vector3<f64>,
-    normal: Vector3<f64>,
-    off_m: f64,
-    slope_var: f64,
+    patch: usize,
+    surfel: usize,
 }
 
 impl Run<'_> {
     fn level(&mut self, level: &Level) {
         let reach_m = (level.reach * self.range_m).max(self.index.cube_m);
+        let (mut pairs, mut moved) = (Vec::new(), f64::INFINITY);
         for _ in 0..level.rounds {
-            let pairs = self.pairs(reach_m, level.every);
-            if pairs.len() < 6 || self.step(&pairs, reach_m) < level.done {
+            if moved * self.range_m > SAME * reach_m {
+                pairs = self.pairs(reach_m, level.every);
+                moved = 0.0;
+            }
+            if pairs.len() < 6 {
+                break;
+            }
+            let by = self.step(&pairs, reach_m);
+            moved += by;
+            if by < level.done {
                 break;
             }
         }
@@ -108,38 +118,48 @@ impl Run<'_> {
     fn pairs(&self, reach_m: f64, every: usize) -> Vec<Pair> {
         let count = self.patches.len().div_ceil(every);
         let found = map_chunks(count, CHUNK, self.threads, |range| {
-            range.filter_map(|k| self.pair(&self.patches[k * every], reach_m)).collect::<Vec<_>>()
+            let near = range.filter_map(|k| self.near(k * every, reach_m));
+            near.filter(|pair| self.is_alike(pair)).collect::<Vec<_>>()
         });
         found.concat()
     }
 
-    fn pair(&self, patch: &Patch, reach_m: f64) -> Option<Pair> {
-        let at = self.pose.apply(&patch.at);
-        let surfel = self.index.surfels[self.index.nearest(&at, reach_m)?];
-        let alike = surfel.normal.dot(&(self.pose.rotation * patch.normal));
-        let off_m = surfel.normal.dot(&(at - surfel.at));
-        // The plane's own normal is as noisy as the pixels that it was taken from are few.
-        let slope_var = patch.slope_var * patch.count / surfel.count;
-        let pair = Pair { at, normal: surfel.normal, off_m, slope_var };
-        (alike > ALIKE).then_some(pair)
+    fn near(&self, patch: usize, reach_m: f64) -> Option<Pair> {
+        let at = self.pose.apply(&self.patches[patch].at);
+        self.index.nearest(&at, reach_m).map(|surfel| Pair { patch, surfel })
+    }
+
+    fn is_alike(&self, pair: &Pair) -> bool {
+        let normal = self.pose.rotation * self.patches[pair.patch].normal;
+        self.index.surfels[pair.surfel].normal.dot(&normal) > ALIKE
+    }
+
+    /// Where the patch of a pair is, and how far off the plane.
+    fn off(&self, pair: &Pair) -> (Vector3<f64>, f64) {
+        let surfel = &self.index.surfels[pair.surfel];
+        let at = self.pose.apply(&self.patches[pair.patch].at);
+        (at, surfel.normal.dot(&(at - surfel.at)))
     }
 
     /// Moves the pose; returns by how much.
     fn step(&mut self, pairs: &[Pair], reach_m: f64) -> f64 {
-        let spread = scale(pairs.iter().map(|p| p.off_m));
+        let laid: Vec<(Vector3<f64>, f64)> = pairs.iter().map(|pair| self.off(pair)).collect();
+        let spread = scale(laid.iter().map(|one| one.1));
         let limit_m = (HUBER * reach_m).max(DEVIATIONS * spread);
-        let middle = pairs.iter().map(|p| p.at).sum::<Vector3<f64>>() / pairs.len() as f64;
+        let middle = laid.iter().map(|one| one.0).sum::<Vector3<f64>>() / pairs.len() as f64;
         let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
         let (mut weight, mut slope_var) = (0.0, 0.0);
-        for pair in pairs {
-            let w = if pair.off_m.abs() <= limit_m { 1.0 } else { limit_m / pair.off_m.abs() };
-            let turn = (pair.at - middle).cross(&pair.normal) / self.range_m;
-            let n = pair.normal;
+        for (pair, (at, off_m)) in pairs.iter().zip(laid) {
+            let w = if off_m.abs() <= limit_m { 1.0 } else { limit_m / off_m.abs() };
+            let (patch, surfel) = (&self.patches[pair.patch], &self.index.surfels[pair.surfel]);
+            let n = surfel.normal;
+            let turn = (at - middle).cross(&n) / self.range_m;
             let row = Vector6::new(turn.x, turn.y, turn.z, n.x, n.y, n.z);
             normal += row * row.transpose() * w;
-            right -= row * (w * pair.off_m);
+            right -= row * (w * off_m);
             weight += w;
-            slope_var += w * pair.slope_var;
+            // The plane's own normal is as noisy as the pixels that it was taken from are few.
+            slope_var += w * patch.slope_var * patch.count / surfel.count;
         }
         let least = FIXED * weight + NOISY * slope_var;
         let step = self.fixed_part(&normal, &right, least);
@@ -176,17 +196,18 @@ impl Run<'_> {
 
     fn judged(&self) -> Fit {
         let reach_m = 2.0 * self.index.cube_m;
-        let near = |p: &Patch| self.index.nearest(&self.pose.apply(&p.at), reach_m).is_some();
-        let near: Vec<Patch> = self.patches.iter().copied().filter(near).collect();
-        let (index, range_m, threads) = (self.index, self.range_m, self.threads);
-        let run = Run { index, patches: &near, range_m, threads, pose: self.pose, sliding: None };
-        let pairs = run.pairs(reach_m, 1);
-        let sigma_m = scale(pairs.iter().map(|p| p.off_m));
+        let found = map_chunks(self.patches.len(), CHUNK, self.threads, |range| {
+            range.filter_map(|k| self.near(k, reach_m)).collect::<Vec<_>>()
+        });
+        let near = found.concat();
+        let alike = near.iter().filter(|pair| self.is_alike(pair));
+        let off_m: Vec<f64> = alike.map(|pair| self.off(pair).1.abs()).collect();
+        let sigma_m = scale(off_m.iter().copied());
         let on_m = ON * sigma_m.max(1e-3 * self.range_m);
-        let lying = pairs.iter().filter(|p| p.off_m.abs() < on_m).count() as f64;
+        let lying = off_m.iter().filter(|off| **off < on_m).count() as f64;
         let cap_m = 0.02 * self.range_m;
-        let unpaired = (near.len() - pairs.len()) as f64 * cap_m;
-        let cost = unpaired + pairs.iter().map(|p| p.off_m.abs().min(cap_m)).sum::<f64>();
+        let unpaired = (near.len() - off_m.len()) as f64 * cap_m;
+        let cost = unpaired + off_m.iter().map(|off| off.min(cap_m)).sum::<f64>();
         let (all, count) = (self.patches.len().max(1) as f64, near.len().max(1) as f64);
         Fit {
             pose: self.pose,

@@ -8,20 +8,25 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::parallel::map_chunks;
+
 use super::confidence::loops;
-use super::icp::lay;
-use super::links::Link;
-use super::model::{Index, Model};
+use super::keyframe::Keyframe;
+use super::links::{Links, model};
+use super::model::Index;
 use super::motion::Motion;
+use super::noise::{Noise, NoiseTable};
 use super::normal_equations::NormalEquations;
 use super::state::{OFFSET_M, State, middles};
-use super::track::{Kept, Tracker, floor};
+use super::track::{Settled, Tracker, floor};
 
 /// The poses of all frames, and how well they are known.
 #[derive(Debug, Clone)]
 pub struct Joint {
     /// From each frame to the scan, whose floor is z = 0; none where it was left out.
     pub poses: Vec<Option<Motion>>,
+    /// Whether each was solved for; the others are to be laid between them (`Tracker::settled`).
+    pub solved: Vec<bool>,
     /// What is added to the ranges of each frame.
     pub offsets_m: Vec<f64>,
     /// What all frames have in common of it, and its standard uncertainty.
@@ -40,9 +45,14 @@ pub struct Joint {
     pub has_floor: bool,
 }
 
-/// Rounds, each with new links, and steps of each.
-const ROUNDS: usize = 3;
-const STEPS: usize = 2;
+/// Steps of each round; after each, what the frames leave tells how far they may be believed.
+const STEPS: [usize; 3] = [2, 1, 1];
+/// Surfels are linked anew if a frame moved by more than this part of a cube since.
+const MOVED: f64 = 0.1;
+/// Points in which the floor is looked for, about.
+const POINTS: usize = 20_000;
+/// Parts in which observations are summed up, whatever the number of threads.
+const PARTS: usize = 4;
 /// Standard deviation of a frame's own offset about it.
 const OWN_OFFSET_M: f64 = 0.001;
 /// Frames move by so little from where they were laid, in metres and radians.
@@ -57,35 +67,60 @@ impl Tracker {
     ///
     /// `is_exact`: the poses were given as they are, and only their offsets are sought.
     #[must_use]
-    pub fn solve(&mut self, is_exact: bool) -> Joint {
+    pub fn solve(&mut self, noise: &Noise, is_exact: bool) -> Joint {
+        let noise = NoiseTable::new(noise);
         let mut state = State::new(self, is_exact, true);
-        let mut found = self.rounds(&mut state);
+        let mut found = self.rounds(&mut state, &noise);
         if state.is_beyond_belief() {
             // What differs with the angle is no offset: the lens, or a scene that moved.
-            self.frames.iter_mut().flatten().for_each(|kept| kept.pose = kept.laid);
+            self.frames_mut().iter_mut().flatten().for_each(|kept| kept.pose = kept.laid);
             state = State::new(self, is_exact, false);
-            found = self.rounds(&mut state);
+            found = self.rounds(&mut state, &noise);
         }
-        state.level(&mut self.frames);
-        state.lay_others(&mut self.frames);
-        state.joint(&self.frames, &found)
+        if let Some(by) = state.level(self.frames_mut()) {
+            found.turn(&by);
+        }
+        self.settled = self.settle(&state);
+        state.joint(self.frames(), &found)
     }
 
-    fn rounds(&mut self, state: &mut State) -> Vec<Link> {
-        let (cube_m, noise) = (self.cube_m(), self.noise());
-        for _ in 0..ROUNDS {
-            state.level(&mut self.frames);
-            let found = state.links(&self.frames, cube_m, &noise);
-            for _ in 0..STEPS {
-                state.step(&mut self.frames, &found);
+    fn rounds(&mut self, state: &mut State, noise: &NoiseTable) -> Links {
+        let mut found = Links::default();
+        for (round, steps) in STEPS.into_iter().enumerate() {
+            if let Some(by) = state.level(self.frames_mut()) {
+                found.turn(&by);
             }
-            state.learn(&self.frames, &found);
+            // The first links are wide: the second are of what lies near.
+            if round < 2 || state.moved_m > MOVED * state.cube_m {
+                found = state.links(self.frames(), noise);
+            }
+            (0..steps).for_each(|_| state.step(self.frames_mut(), &found));
+            state.learn(self.frames(), &found);
             state.is_settled = true;
         }
-        state.level(&mut self.frames);
-        let found = state.links(&self.frames, cube_m, &noise);
-        state.step(&mut self.frames, &found);
+        state.step(self.frames_mut(), &found);
         found
+    }
+
+    /// What the frames that were not solved for are laid on, and where they are about to lie.
+    fn settle(&mut self, state: &State) -> Option<Settled> {
+        let is_whole =
+            self.frames().iter().zip(&state.places).all(|(f, at)| f.is_none() || at.is_some());
+        if state.is_exact || is_whole {
+            return None;
+        }
+        let surfels = model(&state.seen(self.frames()), state.cube_m).surfels();
+        let mut before: Option<(Motion, Motion)> = None;
+        for (kept, place) in self.frames_mut().iter_mut().zip(&state.places) {
+            let Some(kept) = kept else { continue };
+            if place.is_some() {
+                before = Some((kept.laid, kept.pose));
+            } else if let Some((laid, now)) = before {
+                // As it lay beside the last one that was solved for.
+                kept.pose = now.after(&laid.inverse().after(&kept.laid));
+            }
+        }
+        Some(Settled { index: Index::new(surfels, state.cube_m), offset_m: state.offset_m })
     }
 }
 
@@ -95,79 +130,74 @@ impl State {
         self.offset_m.abs() > BELIEVED * OFFSET_M
     }
 
-    /// Lays the frames that were not solved for on those that were.
-    fn lay_others(&self, frames: &mut [Option<Kept>]) {
-        if self.is_exact || (0..frames.len()).all(|i| self.is_solved(frames, i)) {
-            return;
-        }
-        let moved = self.moved(frames);
-        let mut model = Model::new(self.cube_m);
-        let solved = (0..frames.len()).filter(|&i| self.places[i].is_some());
-        solved.filter_map(|i| moved[i].as_ref()).for_each(|k| model.add(&k.patches, &k.pose));
-        let index = Index::new(model.surfels(), self.cube_m);
-        let mut before: Option<(Motion, Motion)> = None;
-        for (i, kept) in frames.iter_mut().enumerate() {
-            let Some(kept) = kept else { continue };
-            if self.places[i].is_some() {
-                before = Some((kept.laid, kept.pose));
-                continue;
-            }
-            // As it lay beside the last one that was solved for.
-            let start = before
-                .map_or(kept.pose, |(laid, now)| now.after(&laid.inverse().after(&kept.laid)));
-            let offset = self.offset_m;
-            kept.patches.iter_mut().for_each(|p| p.at += p.ray * offset);
-            kept.pose = lay(&index, &kept.patches, start, false, self.threads).pose;
-        }
-    }
-
-    fn is_solved(&self, frames: &[Option<Kept>], frame: usize) -> bool {
-        frames[frame].is_none() || self.places[frame].is_some()
-    }
-
-    /// Turns everything so that the floor is z = 0.
-    fn level(&mut self, frames: &mut [Option<Kept>]) {
+    /// Turns everything so that the floor is z = 0; returns how.
+    fn level(&mut self, frames: &mut [Option<Keyframe>]) -> Option<Motion> {
         let sensors: Vec<Vector3<f64>> = frames.iter().flatten().map(|k| k.pose.shift).collect();
-        let Some(first) = sensors.first() else { return };
+        let first = sensors.first()?;
         let mean = sensors.iter().sum::<Vector3<f64>>() / sensors.len() as f64;
-        let moved = self.moved(frames);
-        let points = moved.iter().flatten().flat_map(|kept| {
-            kept.patches.iter().step_by(3).map(|p| (kept.pose.apply(&p.at) - first).into())
-        });
-        let points: Vec<crate::Point> = points.collect();
-        let plane = floor(&points, (mean - first).into(), self.range_m, self.threads);
-        let Some(plane) = plane else { return };
+        let seen = self.seen(frames);
+        let every = seen.iter().map(|s| s.frame.patches.len()).sum::<usize>().div_ceil(POINTS);
+        let patches = seen.iter().flat_map(|s| s.frame.patches.iter().map(move |p| (s, p)));
+        let points: Vec<crate::Point> = patches
+            .step_by(every.max(1))
+            .map(|(s, p)| (s.frame.pose.apply(&p.at(s.offset_m)) - first).into())
+            .collect();
+        let plane = floor(&points, (mean - first).into(), self.range_m, self.threads)?;
         self.has_floor = true;
+        if self.is_exact {
+            return None;
+        }
         let up = Vector3::from(plane.normal);
         let offset_m = plane.offset_m + up.dot(first);
-        let by = if self.is_exact { return } else { onto_z(&up) };
-        let motion = Motion { rotation: by, shift: Vector3::new(0.0, 0.0, -offset_m) };
-        frames.iter_mut().flatten().for_each(|kept| kept.pose = motion.after(&kept.pose));
+        let by = Motion { rotation: onto_z(&up), shift: Vector3::new(0.0, 0.0, -offset_m) };
+        frames.iter_mut().flatten().for_each(|kept| kept.pose = by.after(&kept.pose));
         self.plane = Vector3::zeros();
+        Some(by)
     }
 
-    fn step(&mut self, frames: &mut [Option<Kept>], found: &[Link]) {
+    fn step(&mut self, frames: &mut [Option<Keyframe>], found: &Links) {
         let middles = middles(frames);
-        let mut system = NormalEquations::new(self.unknowns);
-        for link in found {
-            let rows = self.rows(frames, &middles, link);
-            if rows.len() > 1 {
-                system.add_surfel(&rows);
-            }
-        }
+        let mut system = self.observed(frames, &middles, found);
         self.expect(&mut system);
         let Some(solved) = system.solved() else { return };
+        let mut farthest_m = 0.0_f64;
         for (i, kept) in frames.iter_mut().enumerate() {
             let (Some(kept), Some(at)) = (kept.as_mut(), self.places[i]) else { continue };
             let by = Vector3::new(solved.x[at], solved.x[at + 1], solved.x[at + 2]);
             let shift = Vector3::new(solved.x[at + 3], solved.x[at + 4], solved.x[at + 5]);
             kept.pose = Motion::small(&by, &middles[i], &shift).after(&kept.pose);
             self.offsets_m[i] += solved.x[at + 6];
+            farthest_m = farthest_m.max(shift.norm() + by.norm() * self.range_m);
         }
         let last = self.unknowns - 4;
         self.offset_m += solved.x[last];
         self.plane += Vector3::new(solved.x[last + 1], solved.x[last + 2], solved.x[last + 3]);
         self.solved = Some(solved);
+        self.moved_m += farthest_m;
+    }
+
+    /// What all surfels say, summed up in parts: in the same order at any number of threads.
+    fn observed(
+        &self,
+        frames: &[Option<Keyframe>],
+        middles: &[Vector3<f64>],
+        found: &Links,
+    ) -> NormalEquations {
+        let chunk = found.len().div_ceil(PARTS).max(1);
+        let parts = map_chunks(found.len(), chunk, self.threads, |numbers| {
+            let mut system = NormalEquations::new(self.unknowns);
+            let mut rows = Vec::new();
+            for number in numbers {
+                self.rows(frames, middles, found.get(number), &mut rows);
+                if rows.len() > 1 {
+                    system.add_surfel(&rows);
+                }
+            }
+            system
+        });
+        let mut system = NormalEquations::new(self.unknowns);
+        parts.iter().for_each(|part| system.add(part));
+        system
     }
 
     /// The weight of an offset that is expected to be 0.
@@ -191,7 +221,7 @@ impl State {
         (1..4).for_each(|k| system.add_prior(common + k, None, self.plane[k - 1], 1.0));
     }
 
-    fn joint(mut self, frames: &[Option<Kept>], found: &[Link]) -> Joint {
+    fn joint(mut self, frames: &[Option<Keyframe>], found: &Links) -> Joint {
         let spread = self.spread(frames, found);
         let (u_model_m, u_offset_m) = self.by_covariance(frames, found);
         for (i, kept) in frames.iter().enumerate() {
@@ -201,13 +231,14 @@ impl State {
         }
         Joint {
             poses: frames.iter().map(|kept| kept.as_ref().map(|kept| kept.pose)).collect(),
+            solved: self.places.iter().map(Option::is_some).collect(),
             offsets_m: self.offsets_m,
             offset_m: self.offset_m,
             u_offset_m,
             between_m: spread.between_m,
             u_height_m: (spread.of_mean_m * spread.of_mean_m + u_model_m * u_model_m).sqrt(),
             uneven_m: self.uneven_m,
-            loops: loops(found),
+            loops: loops(frames.len(), found),
             has_floor: self.has_floor,
         }
     }

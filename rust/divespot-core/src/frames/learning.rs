@@ -6,16 +6,16 @@ use nalgebra::Vector3;
 
 use crate::robust::scale;
 
-use super::links::{Link, Sight};
+use super::keyframe::Keyframe;
+use super::links::{Link, Links, Sight};
 use super::state::{ALIKE, State};
-use super::track::Kept;
 
 /// No floor is more even.
 const EVEN_M: f64 = 3e-4;
 
 impl State {
     /// Takes the noise that the pixels' own does not explain, and the unevenness of the floor.
-    pub(super) fn learn(&mut self, frames: &[Option<Kept>], found: &[Link]) {
+    pub(super) fn learn(&mut self, frames: &[Option<Keyframe>], found: &Links) {
         let mut off = Vec::new();
         let mut noise_m2 = 0.0;
         for link in found.iter().filter(|link| link.sights.len() > 1) {
@@ -23,7 +23,7 @@ impl State {
                 // The mean was taken of the same values.
                 let k = link.sights.len() as f64;
                 off.push(value * (k / (k - 1.0)).sqrt());
-                noise_m2 += sight.noise_m2;
+                noise_m2 += sight.noise_m2();
             }
         }
         if off.is_empty() {
@@ -37,10 +37,10 @@ impl State {
     }
 
     /// Root mean square of the floor's departure from its plane, over places that are alike.
-    fn unevenness_m(&self, frames: &[Option<Kept>], found: &[Link]) -> f64 {
+    fn unevenness_m(&self, frames: &[Option<Keyframe>], found: &Links) -> f64 {
         let mut sums: BTreeMap<[i32; 2], (f64, f64)> = Default::default();
         let wide_m = ALIKE * self.range_m;
-        for link in found.iter().filter(|link| self.is_floor(link)) {
+        for link in found.iter().filter(|link| self.is_floor(*link)) {
             let at = link.surfel.at;
             let above = self.mean_off(frames, link) * link.surfel.normal.z + at.z
                 - self.plane.dot(&Vector3::new(1.0, at.x, at.y));
@@ -52,25 +52,25 @@ impl State {
         scale(means).max(EVEN_M)
     }
 
-    fn mean_off(&self, frames: &[Option<Kept>], link: &Link) -> f64 {
+    fn mean_off(&self, frames: &[Option<Keyframe>], link: Link<'_>) -> f64 {
         let (mut sum, mut weight) = (0.0, 0.0);
-        for sight in &link.sights {
-            if let Some(kept) = &frames[sight.frame] {
-                let w = 1.0 / (sight.noise_m2 + self.unexplained_m * self.unexplained_m);
-                sum += w * link.surfel.normal.dot(&(self.place(kept, sight) - link.surfel.at));
-                weight += w;
-            }
+        for sight in link.sights {
+            let w = self.weight(sight);
+            sum += w * self.off(frames, link, sight);
+            weight += w;
         }
         if weight > 0.0 { sum / weight } else { 0.0 }
     }
 
+    /// How far off the plane of a surfel a frame puts it.
+    fn off(&self, frames: &[Option<Keyframe>], link: Link<'_>, sight: &Sight) -> f64 {
+        let off = |kept| link.surfel.normal.dot(&(self.place(kept, sight).0 - link.surfel.at));
+        frames[sight.frame()].as_ref().map_or(0.0, off)
+    }
+
     /// How far each frame that saw a surfel is from what all of them agree on.
-    pub(super) fn residuals(&self, frames: &[Option<Kept>], link: &Link) -> Vec<f64> {
+    pub(super) fn residuals(&self, frames: &[Option<Keyframe>], link: Link<'_>) -> Vec<f64> {
         let mean = self.mean_off(frames, link);
-        let off = |sight: &Sight| {
-            let kept = frames[sight.frame].as_ref()?;
-            Some(link.surfel.normal.dot(&(self.place(kept, sight) - link.surfel.at)) - mean)
-        };
-        link.sights.iter().map(|sight| off(sight).unwrap_or(0.0)).collect()
+        link.sights.iter().map(|sight| self.off(frames, link, sight) - mean).collect()
     }
 }

@@ -1,33 +1,55 @@
 //! Which frames saw the same piece of a surface, and where each of them puts it.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 
 use crate::parallel::map_each;
 
+use super::keyframe::{Held, Keyframe};
 use super::model::{Index, Model, Surfel};
 use super::motion::Motion;
-use super::noise::Noise;
-use super::patches::Patch;
-use super::track::Kept;
+use super::noise::NoiseTable;
 
 /// What a frame saw of a surfel, in the frame of its camera.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sight {
-    pub(crate) frame: usize,
-    pub(crate) at: Vector3<f64>,
-    pub(crate) ray: Vector3<f64>,
-    pub(crate) count: f64,
+    frame: u32,
+    at: [f32; 3],
     /// Variance of its distance from the surfel's plane by the noise of the pixels.
-    pub(crate) noise_m2: f64,
+    noise_m2: f32,
+}
+
+impl Sight {
+    pub(crate) fn frame(&self) -> usize {
+        self.frame as usize
+    }
+
+    pub(crate) fn noise_m2(&self) -> f64 {
+        f64::from(self.noise_m2)
+    }
+
+    /// Where it is if all ranges are longer by an offset, and along which ray.
+    #[inline]
+    pub(crate) fn at(&self, offset_m: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let at = Vector3::from(self.at.map(f64::from));
+        let ray = at / at.norm();
+        (at + ray * offset_m, ray)
+    }
 }
 
 /// A surfel, and what saw it.
-#[derive(Debug, Clone)]
-pub(crate) struct Link {
-    pub(crate) surfel: Surfel,
-    pub(crate) sights: Vec<Sight>,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Link<'a> {
+    pub(crate) surfel: &'a Surfel,
+    pub(crate) sights: &'a [Sight],
+}
+
+/// The surfels of all frames, with the frames that saw each.
+#[derive(Debug, Default)]
+pub(crate) struct Links {
+    surfels: Vec<Surfel>,
+    /// Where the sights of each surfel begin, and where the last ones end.
+    starts: Vec<usize>,
+    sights: Vec<Sight>,
 }
 
 /// Cosine of the angle between normals of one surface.
@@ -35,61 +57,110 @@ const ALIKE: f64 = 0.9;
 /// A patch belongs to a surfel within this part of a cube.
 const NEAR: f64 = 0.9;
 
-/// The surfels of all frames, with the frames that saw each within `along_m` of its plane.
-pub(crate) fn links(
-    frames: &[(usize, &Kept)],
-    cube_m: f64,
-    along_m: f64,
-    noise: &Noise,
-    threads: usize,
-) -> Vec<Link> {
-    let mut model = Model::new(cube_m);
-    frames.iter().for_each(|(_, kept)| model.add(&kept.patches, &kept.pose));
-    let index = Index::new(model.surfels(), cube_m);
-    let seen =
-        map_each(frames, threads, |(frame, kept)| sights(&index, *frame, kept, along_m, noise));
-    let mut found: Vec<Link> =
-        index.surfels.iter().map(|&surfel| Link { surfel, sights: Vec::new() }).collect();
-    for (surfel, sight) in seen.into_iter().flatten() {
-        found[surfel].sights.push(sight);
+/// A frame, by its number, with what is added to its ranges.
+#[derive(Clone, Copy)]
+pub(crate) struct Seen<'a> {
+    pub(crate) number: usize,
+    pub(crate) frame: &'a Keyframe,
+    pub(crate) offset_m: f64,
+}
+
+impl Links {
+    /// Those of patches within `along_m` of a surfel's plane.
+    pub(crate) fn of(
+        frames: &[Seen<'_>],
+        cube_m: f64,
+        along_m: f64,
+        noise: &NoiseTable,
+        threads: usize,
+    ) -> Self {
+        let index = Index::new(model(frames, cube_m).surfels(), cube_m);
+        let seen = map_each(frames, threads, |frame| sights(&index, frame, along_m, noise));
+        Self::sorted(index.surfels, &seen)
     }
-    found
+
+    fn sorted(surfels: Vec<Surfel>, seen: &[Vec<(usize, Sight)>]) -> Self {
+        let mut starts = vec![0; surfels.len() + 1];
+        seen.iter().flatten().for_each(|(surfel, _)| starts[surfel + 1] += 1);
+        (0..surfels.len()).for_each(|k| starts[k + 1] += starts[k]);
+        let mut next = starts.clone();
+        let none = Sight { frame: 0, at: [0.0; 3], noise_m2: 0.0 };
+        let mut sights = vec![none; starts[surfels.len()]];
+        for (surfel, sight) in seen.iter().flatten() {
+            sights[next[*surfel]] = *sight;
+            next[*surfel] += 1;
+        }
+        Self { surfels, starts, sights }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.surfels.len()
+    }
+
+    pub(crate) fn get(&self, number: usize) -> Link<'_> {
+        let sights = &self.sights[self.starts[number]..self.starts[number + 1]];
+        Link { surfel: &self.surfels[number], sights }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Link<'_>> {
+        (0..self.len()).map(|number| self.get(number))
+    }
+
+    /// Moves the surfels along with the frames.
+    pub(crate) fn turn(&mut self, by: &Motion) {
+        for surfel in &mut self.surfels {
+            surfel.at = by.apply(&surfel.at);
+            surfel.normal = by.rotation * surfel.normal;
+        }
+    }
+}
+
+/// The model that the frames make.
+pub(crate) fn model(frames: &[Seen<'_>], cube_m: f64) -> Model {
+    let mut model = Model::new(cube_m);
+    for Seen { frame, offset_m, .. } in frames {
+        for held in &frame.patches {
+            let at = frame.pose.apply(&held.at(*offset_m));
+            model.put(at, frame.pose.rotation * held.normal(), held.count());
+        }
+    }
+    model
+}
+
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    at: Vector3<f64>,
+    count: f64,
+    noise_m2: f64,
 }
 
 /// What a frame saw, surfel by surfel.
-fn sights(
-    index: &Index,
-    frame: usize,
-    kept: &Kept,
-    along_m: f64,
-    noise: &Noise,
-) -> Vec<(usize, Sight)> {
-    let mut found: BTreeMap<usize, Sight> = BTreeMap::new();
-    for patch in &kept.patches {
-        let Some(surfel) = home(index, patch, &kept.pose, along_m) else { continue };
-        let none =
-            Sight { frame, at: Vector3::zeros(), ray: Vector3::zeros(), count: 0.0, noise_m2: 0.0 };
-        let sight = found.entry(surfel).or_insert(none);
-        sight.at += patch.at * patch.count;
-        sight.ray += patch.ray * patch.count;
-        sight.count += patch.count;
-        let sigma_m = noise.sigma_m(patch.at.norm(), patch.cosine()) * patch.cosine();
-        sight.noise_m2 += sigma_m * sigma_m * patch.count;
+fn sights(index: &Index, seen: &Seen<'_>, along_m: f64, noise: &NoiseTable) -> Vec<(usize, Sight)> {
+    let mut sums = vec![Sum::default(); index.surfels.len()];
+    for held in &seen.frame.patches {
+        let Some(surfel) = home(index, held, seen, along_m) else { continue };
+        let (at, count, cosine) = (held.at(0.0), held.count(), held.cosine());
+        let sigma_m = noise.sigma_m(at.norm() as f32, cosine) * cosine;
+        let sum = &mut sums[surfel];
+        sum.at += at * count;
+        sum.count += count;
+        sum.noise_m2 += sigma_m * sigma_m * count;
     }
-    let mean = |sight: Sight| Sight {
-        at: sight.at / sight.count,
-        ray: sight.ray / sight.count,
-        noise_m2: sight.noise_m2 / sight.count / sight.count,
-        ..sight
+    let found = sums.iter().enumerate().filter(|(_, sum)| sum.count > 0.0);
+    let sight = |sum: &Sum| Sight {
+        frame: seen.number as u32,
+        at: (sum.at / sum.count).map(|v| v as f32).into(),
+        noise_m2: (sum.noise_m2 / sum.count / sum.count) as f32,
     };
-    found.into_iter().map(|(surfel, sight)| (surfel, mean(sight))).collect()
+    found.map(|(surfel, sum)| (surfel, sight(sum))).collect()
 }
 
-fn home(index: &Index, patch: &Patch, pose: &Motion, along_m: f64) -> Option<usize> {
-    let at = pose.apply(&patch.at);
+fn home(index: &Index, held: &Held, seen: &Seen<'_>, along_m: f64) -> Option<usize> {
+    let pose = &seen.frame.pose;
+    let at = pose.apply(&held.at(seen.offset_m));
     let number = index.nearest(&at, NEAR * index.cube_m)?;
     let surfel = &index.surfels[number];
-    let alike = surfel.normal.dot(&(pose.rotation * patch.normal)) > ALIKE;
+    let alike = surfel.normal.dot(&(pose.rotation * held.normal())) > ALIKE;
     let off_m = surfel.normal.dot(&(at - surfel.at)).abs();
     (alike && off_m < along_m).then_some(number)
 }

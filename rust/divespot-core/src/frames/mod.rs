@@ -6,10 +6,13 @@
 
 mod camera;
 mod confidence;
+mod cutter;
 mod edges;
 mod fusion;
 mod icp;
 mod joint;
+mod keyframe;
+mod keys;
 mod learning;
 mod links;
 mod model;
@@ -22,13 +25,15 @@ mod search;
 mod state;
 mod still;
 mod track;
+mod voxels;
 
 pub use camera::Camera;
+pub use cutter::Cutter;
 pub use edges::usable;
 pub use fusion::{Fused, Fusion};
 pub use joint::Joint;
 pub use motion::Motion;
-pub use noise::Noise;
+pub use noise::{Noise, NoiseTable};
 pub use patches::{Patch, patches};
-pub use still::{Averaged, averaged};
+pub use still::{Averaged, Still};
 pub use track::{Lost, Placed, Tracker};

@@ -1,10 +1,9 @@
 //! What was seen so far: patches averaged in cubes, to be looked up by place.
 
-use std::collections::BTreeMap;
-
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::Vector3;
 
+use super::keys::{Cells, cell, number};
 use super::motion::Motion;
 use super::patches::Patch;
 
@@ -16,7 +15,7 @@ pub(crate) struct Surfel {
     pub(crate) count: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     at: Vector3<f64>,
     normal: Vector3<f64>,
@@ -27,7 +26,7 @@ struct Sums {
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
     cube_m: f64,
-    cubes: BTreeMap<[i32; 3], Sums>,
+    cubes: Cells<Sums>,
 }
 
 /// Normals of a cube that differ more than so have no mean: it holds an edge.
@@ -37,73 +36,82 @@ const APART: f64 = 0.6;
 
 impl Model {
     pub(crate) fn new(cube_m: f64) -> Self {
-        Self { cube_m, cubes: BTreeMap::new() }
+        Self { cube_m, cubes: Cells::default() }
     }
 
     /// Adds the patches of a frame, seen from `pose`.
     pub(crate) fn add(&mut self, patches: &[Patch], pose: &Motion) {
         for patch in patches {
-            let at = pose.apply(&patch.at);
-            let normal = pose.rotation * patch.normal;
-            let key = std::array::from_fn(|k| (at[k] / self.cube_m).floor() as i32);
-            let none = Sums { at: Vector3::zeros(), normal: Vector3::zeros(), count: 0.0 };
-            let sums = self.cubes.entry(key).or_insert(none);
-            sums.at += at * patch.count;
-            sums.normal += normal * patch.count;
-            sums.count += patch.count;
+            self.put(pose.apply(&patch.at), pose.rotation * patch.normal, patch.count);
+        }
+    }
+
+    /// Adds a piece of a surface of so many pixels.
+    pub(crate) fn put(&mut self, at: Vector3<f64>, normal: Vector3<f64>, count: f64) {
+        let cell = std::array::from_fn(|k| (at[k] / self.cube_m).floor() as i64);
+        if let Some(key) = number(cell) {
+            let sums = self.cubes.entry(key).or_default();
+            sums.at += at * count;
+            sums.normal += normal * count;
+            sums.count += count;
         }
     }
 
     /// The surfels, those parted by a face of cubes put together, in the order of their cubes.
     pub(crate) fn surfels(&self) -> Vec<Surfel> {
-        let mean = |sums: &Sums| {
+        let mean = |(&key, sums): (&u64, &Sums)| {
             let length = sums.normal.norm();
-            (length > AGREEING * sums.count).then(|| Surfel {
-                at: sums.at / sums.count,
-                normal: sums.normal / length,
-                count: sums.count,
+            (length > AGREEING * sums.count).then(|| {
+                let (at, normal) = (sums.at / sums.count, sums.normal / length);
+                (key, Surfel { at, normal, count: sums.count })
             })
         };
-        self.cubes
+        let all: Cells<Surfel> = self.cubes.iter().filter_map(mean).collect();
+        let mut kept: Vec<(u64, Surfel)> = all
             .iter()
-            .filter_map(|(key, sums)| mean(sums).map(|one| (key, one)))
-            .filter(|(key, one)| !self.is_beside_greater(key, one, &mean))
-            .map(|(_, one)| one)
-            .collect()
+            .filter(|(key, one)| !self.is_beside_greater(**key, one, &all))
+            .map(|(&key, &one)| (key, one))
+            .collect();
+        kept.sort_unstable_by_key(|&(key, _)| key);
+        kept.into_iter().map(|(_, one)| one).collect()
+    }
+
+    /// Bytes of the cubes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.cubes.capacity() * (size_of::<(u64, Sums)>() + 1)
     }
 
     /// How far a place is from a cube.
-    fn away_m(&self, key: &[i32; 3], at: &Vector3<f64>) -> f64 {
+    fn away_m(&self, cube: &[i64; 3], at: &Vector3<f64>) -> f64 {
         let beyond = |k: usize| {
-            let low = f64::from(key[k]) * self.cube_m;
+            let low = cube[k] as f64 * self.cube_m;
             (low - at[k]).max(at[k] - low - self.cube_m).max(0.0)
         };
         Vector3::from_fn(|k, _| beyond(k)).norm()
     }
 
     /// Whether a cube nearby holds more of the same surface; of equal ones the first stays.
-    fn is_beside_greater(
-        &self,
-        key: &[i32; 3],
-        one: &Surfel,
-        mean: &impl Fn(&Sums) -> Option<Surfel>,
-    ) -> bool {
+    fn is_beside_greater(&self, key: u64, one: &Surfel, all: &Cells<Surfel>) -> bool {
         let most = APART * self.cube_m;
-        (0..27).filter(|&k| k != 13).any(|k: i32| {
-            let other = [key[0] + k % 3 - 1, key[1] + k / 3 % 3 - 1, key[2] + k / 9 - 1];
+        let own = cell(key);
+        (0..27).filter(|&k| k != 13).any(|k: i64| {
+            let other = [own[0] + k % 3 - 1, own[1] + k / 3 % 3 - 1, own[2] + k / 9 - 1];
             if self.away_m(&other, &one.at) > most {
                 return false;
             }
-            self.cubes.get(&other).and_then(mean).is_some_and(|beside| {
-                let greater =
-                    beside.count > one.count || (beside.count == one.count && other < *key);
-                greater && (beside.at - one.at).norm() < most
-            })
+            number(other).and_then(|other| Some((other, all.get(&other)?))).is_some_and(
+                |(other, beside)| {
+                    let is_greater =
+                        beside.count > one.count || (beside.count == one.count && other < key);
+                    is_greater && (beside.at - one.at).norm() < most
+                },
+            )
         })
     }
 }
 
 /// Surfels that can be looked up by place.
+#[derive(Debug)]
 pub(crate) struct Index {
     pub(crate) surfels: Vec<Surfel>,
     pub(crate) cube_m: f64,
@@ -132,15 +140,7 @@ mod tests {
     use super::*;
 
     fn patch(at: [f64; 3]) -> Patch {
-        Patch {
-            at: at.into(),
-            ray: -Vector3::z(),
-            normal: Vector3::z(),
-            count: 10.0,
-            rms_m: 0.0,
-            slope_var: 0.0,
-            pixel: 0,
-        }
+        Patch { at: at.into(), normal: Vector3::z(), count: 10.0, slope_var: 0.0, pixel: 0 }
     }
 
     #[test]

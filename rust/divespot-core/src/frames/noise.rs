@@ -49,7 +49,7 @@ impl Noise {
     /// noise; their robust spread is taken in classes of range and incidence, and a power law laid
     /// through them.
     #[must_use]
-    pub fn of(camera: &Camera, ranges_m: &[f64], patches: &[Patch]) -> Self {
+    pub fn of(camera: &Camera, ranges_m: &[f32], patches: &[Patch]) -> Self {
         let samples = sampled(camera, ranges_m, patches);
         let classes = classed(&samples);
         match classes.len() {
@@ -59,35 +59,54 @@ impl Noise {
     }
 }
 
-/// The noise by range, straight on, in steps: a power a pixel would take longer than all else.
-pub(crate) struct ByRange {
-    sigmas_m: Vec<f64>,
+/// The noise in steps of range and of incidence: powers of each pixel would take longer than all
+/// else.
+#[derive(Debug, Clone)]
+pub struct NoiseTable {
     noise: Noise,
+    straight_m: Vec<f64>,
+    tilted: Vec<f64>,
 }
 
-/// Steps of a table in metres, and their number.
+/// Steps of range in metres, and their number; steps of the cosine from 0 to 1.
 const STEP_M: f64 = 0.005;
 const STEPS: usize = 2048;
+const COSINES: usize = 128;
 
-impl ByRange {
-    pub(crate) fn new(noise: &Noise) -> Self {
-        let sigma_m = |i: usize| noise.sigma_m((i as f64 + 0.5) * STEP_M, 1.0);
-        Self { sigmas_m: (0..STEPS).map(sigma_m).collect(), noise: *noise }
+impl NoiseTable {
+    /// Tabulates a camera's noise.
+    #[must_use]
+    pub fn new(noise: &Noise) -> Self {
+        let straight_m = |i: usize| noise.sigma_m((i as f64 + 0.5) * STEP_M, 1.0);
+        let tilted = |i: usize| libm::pow((i as f64 + 0.5) / COSINES as f64, -noise.incidence);
+        Self {
+            noise: *noise,
+            straight_m: (0..STEPS).map(straight_m).collect(),
+            tilted: (0..COSINES).map(tilted).collect(),
+        }
     }
 
+    /// Standard deviation of a range, seen straight on.
     #[inline]
-    pub(crate) fn sigma_m(&self, range_m: f64) -> f64 {
-        match self.sigmas_m.get((range_m / STEP_M) as usize) {
+    pub(crate) fn straight_m(&self, range_m: f32) -> f64 {
+        let range_m = f64::from(range_m);
+        match self.straight_m.get((range_m / STEP_M) as usize) {
             Some(&sigma_m) => sigma_m,
             None => self.noise.sigma_m(range_m, 1.0),
         }
+    }
+
+    /// Standard deviation of a range at a cosine of the incidence.
+    pub(crate) fn sigma_m(&self, range_m: f32, cosine: f64) -> f64 {
+        let step = ((cosine * COSINES as f64) as usize).min(COSINES - 1);
+        self.straight_m(range_m) * self.tilted[step]
     }
 }
 
 /// Range, cosine of the incidence, and a difference that has the standard deviation of the noise.
 type Sample = (f64, f64, f64);
 
-fn sampled(camera: &Camera, ranges_m: &[f64], patches: &[Patch]) -> Vec<Sample> {
+fn sampled(camera: &Camera, ranges_m: &[f32], patches: &[Patch]) -> Vec<Sample> {
     let mut found = Vec::new();
     for patch in patches {
         let (pixel, columns) = (patch.pixel, camera.columns);
@@ -98,8 +117,9 @@ fn sampled(camera: &Camera, ranges_m: &[f64], patches: &[Patch]) -> Vec<Sample> 
             continue;
         }
         for beside in [1, columns] {
-            let middle = ranges_m[pixel];
-            let second = ranges_m[pixel - beside] + ranges_m[pixel + beside] - 2.0 * middle;
+            let range = |i: usize| f64::from(ranges_m[i]);
+            let middle = range(pixel);
+            let second = range(pixel - beside) + range(pixel + beside) - 2.0 * middle;
             if second.is_finite() {
                 found.push((middle, patch.cosine(), second / SECOND.sqrt()));
             }
@@ -178,9 +198,9 @@ pub(crate) mod tests {
     }
 
     /// Ranges of the plane with a normal, `away_m` ahead of the camera.
-    pub(crate) fn plane(camera: &Camera, normal: Point, away_m: f64) -> Vec<f64> {
-        let n = nalgebra::Vector3::from(normal);
-        camera.rays.iter().map(|ray| n.z * away_m / n.dot(ray)).collect()
+    pub(crate) fn plane(camera: &Camera, normal: Point, away_m: f64) -> Vec<f32> {
+        let along = |ray: &[f32; 3]| (0..3).map(|k| normal[k] * f64::from(ray[k])).sum::<f64>();
+        camera.rays.iter().map(|ray| (normal[2] * away_m / along(ray)) as f32).collect()
     }
 
     /// Normal numbers, about: the sum of twelve even ones.
@@ -194,9 +214,9 @@ pub(crate) mod tests {
         let truth = |r: f64| 0.0008 * r * r;
         let mut ranges = plane(&camera, [0.0, 0.5, 1.0], 1.6);
         for (i, r) in ranges.iter_mut().enumerate() {
-            *r += truth(*r) * normal(i as u64);
+            *r += (truth(f64::from(*r)) * normal(i as u64)) as f32;
         }
-        let usable = usable(&camera, &ranges, &Noise::default(), 1);
+        let usable = usable(&camera, &ranges, &NoiseTable::new(&Noise::default()), 1);
         let found = Noise::of(&camera, &ranges, &patches(&camera, &ranges, &usable, 1));
         for range in [1.3, 1.6, 2.0] {
             let ratio = found.sigma_m(range, 0.8) / truth(range);

@@ -45,12 +45,19 @@ impl NormalEquations {
     #[inline]
     fn block(&mut self, a: &Row, b: &Row, factor: f64) {
         let (low, high) = if a.first >= b.first { (a, b) } else { (b, a) };
+        let rows = self.right.len();
         for k in 0..high.len {
             let by = factor * high.row[k];
-            for l in 0..low.len {
-                self.matrix[(low.first + l, high.first + k)] += by * low.row[l];
-            }
+            let start = (high.first + k) * rows + low.first;
+            let column = &mut self.matrix.as_mut_slice()[start..start + low.len];
+            column.iter_mut().zip(&low.row).for_each(|(sum, one)| *sum += by * one);
         }
+    }
+
+    /// Adds what other observations of the same unknowns say.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.matrix += &other.matrix;
+        self.right += &other.right;
     }
 
     /// Expects an unknown to differ from another, or from 0, by `off` less than it is now.

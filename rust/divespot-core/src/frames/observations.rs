@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::keyframe::Keyframe;
 use super::links::{Link, Sight};
 use super::normal_equations::{Row, WIDTH};
 use super::state::{ALIKE, State};
-use super::track::Kept;
 
 /// A residual of more standard deviations counts less.
 const HUBER: f64 = 3.0;
@@ -14,39 +14,46 @@ const FLOOR: f64 = 0.015;
 const LEVEL: f64 = 0.985;
 
 impl State {
-    /// What is known of the height of a surfel, along its normal.
+    /// What is known of the height of a surfel, along its normal, instead of what `rows` held.
     pub(super) fn rows(
         &self,
-        frames: &[Option<Kept>],
+        frames: &[Option<Keyframe>],
         middles: &[Vector3<f64>],
-        link: &Link,
-    ) -> Vec<Row> {
+        link: Link<'_>,
+        rows: &mut Vec<Row>,
+    ) {
         let n = link.surfel.normal;
-        let mut rows: Vec<Row> = Vec::with_capacity(link.sights.len() + 1);
-        for sight in &link.sights {
-            let (Some(kept), Some(first)) = (&frames[sight.frame], self.places[sight.frame]) else {
+        rows.clear();
+        for sight in link.sights {
+            let number = sight.frame();
+            let (Some(kept), Some(first)) = (&frames[number], self.places[number]) else {
                 continue;
             };
-            let at = self.place(kept, sight);
-            let turn = (at - middles[sight.frame]).cross(&n);
-            let ray = n.dot(&(kept.pose.rotation * sight.ray));
-            let row = [turn.x, turn.y, turn.z, n.x, n.y, n.z, ray];
-            let weight = 1.0 / (sight.noise_m2 + self.unexplained_m * self.unexplained_m);
+            let (at, ray) = self.place(kept, sight);
+            let turn = (at - middles[number]).cross(&n);
+            let row = [turn.x, turn.y, turn.z, n.x, n.y, n.z, n.dot(&ray)];
             let off = n.dot(&(at - link.surfel.at));
-            rows.push(Row { first, len: WIDTH, row, off, weight });
+            rows.push(Row { first, len: WIDTH, row, off, weight: self.weight(sight) });
         }
-        lighten(&mut rows, self.is_settled);
+        lighten(rows, self.is_settled);
         rows.iter_mut().for_each(|row| row.weight /= self.excess);
         rows.extend(self.floor_row(link));
-        rows
     }
 
-    pub(super) fn place(&self, kept: &Kept, sight: &Sight) -> Vector3<f64> {
-        kept.pose.apply(&(sight.at + sight.ray * self.offsets_m[sight.frame]))
+    /// Where a sight is, and along which ray.
+    #[inline]
+    pub(super) fn place(&self, kept: &Keyframe, sight: &Sight) -> (Vector3<f64>, Vector3<f64>) {
+        let (at, ray) = sight.at(self.offsets_m[sight.frame()]);
+        (kept.pose.apply(&at), kept.pose.rotation * ray)
+    }
+
+    #[inline]
+    pub(super) fn weight(&self, sight: &Sight) -> f64 {
+        1.0 / (sight.noise_m2() + self.unexplained_m * self.unexplained_m)
     }
 
     /// What the plane of the floor says of a surfel that is of it.
-    fn floor_row(&self, link: &Link) -> Option<Row> {
+    fn floor_row(&self, link: Link<'_>) -> Option<Row> {
         if !self.is_floor(link) {
             return None;
         }
@@ -59,8 +66,8 @@ impl State {
         Some(Row { first: self.unknowns - 3, len: 3, row, off, weight })
     }
 
-    pub(super) fn is_floor(&self, link: &Link) -> bool {
-        let surfel = &link.surfel;
+    pub(super) fn is_floor(&self, link: Link<'_>) -> bool {
+        let surfel = link.surfel;
         let height_m = surfel.at.z - self.plane.dot(&Vector3::new(1.0, surfel.at.x, surfel.at.y));
         self.has_floor
             && !self.is_exact

@@ -1,25 +1,21 @@
 //! Small plane patches of a frame: means and normals of blocks of pixels.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::parallel::map_chunks;
 
-use super::camera::Camera;
+use super::camera::{Axes, Camera};
 
 /// A block of pixels on one plane, in the camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch {
     /// The mean of its points, in metres.
     pub at: Vector3<f64>,
-    /// The mean of its rays: where it moves if all ranges grow.
-    pub ray: Vector3<f64>,
     /// The normal, towards the camera.
     pub normal: Vector3<f64>,
     /// Pixels.
     pub count: f64,
-    /// Root mean square distance of the points from their plane.
-    pub rms_m: f64,
-    /// Variance of the normal's slope by that.
+    /// Variance of the normal's slope by the distances of its points from their plane.
     pub slope_var: f64,
     /// A pixel in its middle.
     pub pixel: usize,
@@ -29,7 +25,7 @@ impl Patch {
     /// Cosine of the incidence.
     #[must_use]
     pub fn cosine(&self) -> f64 {
-        -self.ray.dot(&self.normal)
+        -self.at.dot(&self.normal) / self.at.norm()
     }
 }
 
@@ -44,105 +40,94 @@ const CHUNK: usize = 4;
 
 /// The patches of a frame, row by row of its blocks.
 #[must_use]
-pub fn patches(camera: &Camera, ranges_m: &[f64], usable: &[bool], threads: usize) -> Vec<Patch> {
-    let block = camera.block();
-    let across = camera.columns / block;
-    let found = map_chunks(camera.rows / block, CHUNK, threads, |rows| {
-        let mut found = Vec::new();
-        for row in rows {
-            for column in 0..across {
-                let corner = row * block * camera.columns + column * block;
-                found.extend(patch(camera, ranges_m, usable, corner, block));
-            }
-        }
-        found
+pub fn patches(camera: &Camera, ranges_m: &[f32], usable: &[bool], threads: usize) -> Vec<Patch> {
+    let (across, down) = camera.in_blocks();
+    let found = map_chunks(down, CHUNK, threads, |rows| {
+        let blocks = rows.start * across..rows.end * across;
+        blocks.filter_map(|block| patch(camera, ranges_m, usable, block)).collect::<Vec<_>>()
     });
     found.concat()
 }
 
-fn patch(
-    camera: &Camera,
-    ranges_m: &[f64],
-    usable: &[bool],
-    corner: usize,
-    block: usize,
-) -> Option<Patch> {
-    let pixels = (0..block * block).map(|k| corner + k / block * camera.columns + k % block);
-    let middle = corner + block / 2 * camera.columns + block / 2;
-    let anchor = camera.rays[middle] * ranges_m[middle];
-    if !usable[middle] {
+fn patch(camera: &Camera, ranges_m: &[f32], usable: &[bool], number: usize) -> Option<Patch> {
+    let (across, _) = camera.in_blocks();
+    let (block, columns) = (camera.block, camera.columns);
+    let corner = (number / across * columns + number % across) * block;
+    let pixel = corner + block / 2 * (columns + 1);
+    if !usable[pixel] {
         return None;
     }
-    let kept: Vec<usize> = pixels.filter(|&i| usable[i]).collect();
-    if (kept.len() as f64) < FULL * (block * block) as f64 {
+    let anchor = 1.0 / f64::from(ranges_m[pixel]);
+    let mut sums = Sums::default();
+    for row in 0..block {
+        let own = corner + row * columns..corner + row * columns + block;
+        let pixels = camera.plan[own.clone()].iter().zip(&ranges_m[own.clone()]);
+        for ((plan, range_m), _) in pixels.zip(&usable[own]).filter(|(_, usable)| **usable) {
+            sums.add(plan.map(f64::from), f64::from(*range_m), anchor);
+        }
+    }
+    if sums.count < FULL * (block * block) as f64 {
         return None;
     }
-    let count = kept.len() as f64;
-    let at = kept.iter().map(|&i| camera.rays[i] * ranges_m[i] - anchor).sum::<Vector3<f64>>()
-        / count
-        + anchor;
-    let ray = kept.iter().map(|&i| camera.rays[i]).sum::<Vector3<f64>>().normalize();
-    let plane = Plane::of(&ray, kept.iter().map(|&i| (camera.rays[i], ranges_m[i])))?;
-    let cosine = -ray.dot(&plane.normal);
-    let rms_m = plane.rms * at.dot(&ray) * cosine;
-    let wide_m = plane.wide * at.dot(&ray) / cosine;
-    let is_flat = cosine > GRAZING && rms_m < THICK * wide_m;
-    let slope_var = rms_m * rms_m / (count * wide_m * wide_m);
-    is_flat.then_some(Patch {
-        at,
-        ray,
-        normal: plane.normal,
-        count,
-        rms_m,
-        slope_var,
-        pixel: middle,
-    })
+    sums.patch(&camera.blocks[number], anchor, pixel)
 }
 
-/// A plane through pixels, by regression of inverse ranges.
+/// What a plane through pixels follows from, by regression of inverse ranges.
 ///
 /// On a plane `n · p = d` seen along rays, `1 / range = n · ray / d` is linear in the ray, which is
 /// known exactly. The flattest axis of the points themselves would be tilted: their noise moves
 /// them along the ray, and so at once along and across a plane that is seen at an angle.
-struct Plane {
-    normal: Vector3<f64>,
-    /// Root mean square residual, as a share of the range.
-    rms: f64,
-    /// Spread of the rays, in radians, across the narrower way.
-    wide: f64,
+#[derive(Default)]
+struct Sums {
+    count: f64,
+    /// Across, down, their squares and product.
+    rays: [f64; 5],
+    /// Inverse distances ahead beside that of the anchor: themselves, by across, by down, squared.
+    inverse: [f64; 4],
+    /// Distances across, down and ahead.
+    places: [f64; 3],
 }
 
-impl Plane {
-    fn of(
-        ray: &Vector3<f64>,
-        pixels: impl Iterator<Item = (Vector3<f64>, f64)> + Clone,
-    ) -> Option<Self> {
-        let aside = if ray.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
-        let across = ray.cross(&aside).normalize();
-        let down = ray.cross(&across);
-        let row = |(one, range): (Vector3<f64>, f64)| {
-            let ahead = one.dot(ray);
-            let at = Vector3::new(1.0, one.dot(&across) / ahead, one.dot(&down) / ahead);
-            (at, 1.0 / (range * ahead))
-        };
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for (at, inverse) in pixels.clone().map(row) {
-            normal += at * at.transpose();
-            right += at * inverse;
-        }
-        let found = normal.cholesky()?.solve(&right);
-        let square: f64 =
-            pixels.map(row).map(|(at, y)| (y - at.dot(&found)) * (y - at.dot(&found))).sum();
-        let count = normal[(0, 0)];
-        let spread =
-            |k: usize| normal[(k, k)] / count - (normal[(0, k)] / count) * (normal[(0, k)] / count);
-        let direction = ray * found.x + across * found.y + down * found.z;
-        (found.x > 0.0).then(|| Self {
-            normal: -direction.normalize(),
-            rms: (square / count).sqrt() / found.x,
-            wide: spread(1).min(spread(2)).max(0.0).sqrt(),
-        })
+impl Sums {
+    #[inline]
+    fn add(&mut self, [u, v, ahead]: [f64; 3], range_m: f64, anchor: f64) {
+        let away_m = range_m * ahead;
+        let y = 1.0 / away_m - anchor;
+        self.count += 1.0;
+        add(&mut self.rays, [u, v, u * u, v * v, u * v]);
+        add(&mut self.inverse, [y, y * u, y * v, y * y]);
+        add(&mut self.places, [u * away_m, v * away_m, away_m]);
     }
+
+    fn patch(&self, axes: &Axes, anchor: f64, pixel: usize) -> Option<Patch> {
+        let mean = |sum: f64| sum / self.count;
+        let [u, v, uu, vv, uv] = self.rays.map(mean);
+        let [y, yu, yv, yy] = self.inverse.map(mean);
+        let (uu, vv, uv) = (uu - u * u, vv - v * v, uv - u * v);
+        let (yu, yv, yy) = (yu - y * u, yv - y * v, yy - y * y);
+        let area = uu * vv - uv * uv;
+        let slope = [(yu * vv - yv * uv) / area, (yv * uu - yu * uv) / area];
+        let level = y + anchor - slope[0] * u - slope[1] * v;
+        if !(area > 0.0 && level > 0.0) {
+            return None;
+        }
+        let [x_m, y_m, away_m] = self.places.map(mean);
+        let at = axes.joined(x_m, y_m, away_m);
+        let normal = -axes.joined(slope[0], slope[1], level).normalize();
+        let patch = Patch { at, normal, count: self.count, slope_var: 0.0, pixel };
+        let cosine = patch.cosine();
+        let square = (yy - slope[0] * yu - slope[1] * yv).max(0.0);
+        let rms_m = square.sqrt() / level * away_m * cosine;
+        let wide_m = uu.min(vv).max(0.0).sqrt() * away_m / cosine;
+        let is_flat = cosine > GRAZING && rms_m < THICK * wide_m;
+        let slope_var = rms_m * rms_m / (self.count * wide_m * wide_m);
+        is_flat.then_some(Patch { slope_var, ..patch })
+    }
+}
+
+#[inline]
+fn add<const N: usize>(sums: &mut [f64; N], values: [f64; N]) {
+    (0..N).for_each(|k| sums[k] += values[k]);
 }
 
 #[cfg(test)]
@@ -159,8 +144,8 @@ mod tests {
         assert!(found.len() > 2000);
         let n = Vector3::new(-0.3, 0.0, -1.0).normalize();
         for one in &found {
-            assert!((one.normal - n).norm() < 1e-6 && one.cosine() > 0.5);
-            assert!((n.dot(&one.at) + 2.0 * -n.z).abs() < 1e-9, "{one:?}");
+            assert!((one.normal - n).norm() < 1e-4 && one.cosine() > 0.5);
+            assert!((n.dot(&one.at) + 2.0 * -n.z).abs() < 1e-6, "{one:?}");
         }
         assert_eq!(found, patches(&camera, &ranges, &usable, 1));
     }

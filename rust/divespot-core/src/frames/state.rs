@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::links::{Link, links};
-use super::noise::Noise;
+use super::keyframe::Keyframe;
+use super::links::{Links, Seen};
+use super::noise::NoiseTable;
 use super::normal_equations::{Solved, WIDTH};
-use super::track::{Kept, Tracker};
+use super::track::Tracker;
 
 /// Standard uncertainty of a depth camera's offset: Microsoft gives 11 mm as its largest.
 pub(super) const OFFSET_M: f64 = 0.006;
@@ -16,8 +17,6 @@ const UNEXPLAINED_M: f64 = 3e-4;
 /// A patch belongs to a surfel within this part of a cube along the normal, at first and later.
 const ALONG: f64 = 0.5;
 const SETTLED: f64 = 0.2;
-/// Most frames that are solved for at once; of more, every so many.
-const MOST: usize = 64;
 
 /// What is known so far.
 pub(super) struct State {
@@ -42,25 +41,23 @@ pub(super) struct State {
     pub(super) excess: f64,
     /// Whether the frames lie so near that what does not fit is something else.
     pub(super) is_settled: bool,
+    /// The farthest that a frame moved since surfels were linked.
+    pub(super) moved_m: f64,
 }
 
 impl State {
     pub(super) fn new(tracker: &Tracker, is_exact: bool, has_offset: bool) -> Self {
-        let placed = tracker.frames.iter().flatten().count();
-        let every = placed.div_ceil(MOST).max(1);
         let mut count = 0;
-        let places: Vec<Option<usize>> = tracker
-            .frames
-            .iter()
-            .map(|kept| {
-                kept.as_ref()?;
+        let place = |kept: &Option<Keyframe>| {
+            let is_held = kept.as_ref().is_some_and(|kept| !kept.patches.is_empty());
+            is_held.then(|| {
                 count += 1;
-                ((count - 1) % every == 0).then(|| (count - 1) / every * WIDTH)
+                (count - 1) * WIDTH
             })
-            .collect();
-        let unknowns = places.iter().flatten().count() * WIDTH + 4;
+        };
+        let places: Vec<Option<usize>> = tracker.frames().iter().map(place).collect();
         Self {
-            offsets_m: vec![0.0; tracker.frames.len()],
+            offsets_m: vec![0.0; places.len()],
             offset_m: 0.0,
             plane: Vector3::zeros(),
             has_floor: false,
@@ -71,44 +68,37 @@ impl State {
             threads: tracker.threads(),
             is_exact,
             places,
-            unknowns,
+            unknowns: count * WIDTH + 4,
             solved: None,
             is_settled: false,
             has_offset,
             excess: 1.0,
+            moved_m: 0.0,
         }
     }
 
-    pub(super) fn links(&self, frames: &[Option<Kept>], cube_m: f64, noise: &Noise) -> Vec<Link> {
-        let moved = self.moved(frames);
-        let chosen: Vec<(usize, &Kept)> = (0..frames.len())
-            .filter(|&i| self.places[i].is_some())
-            .filter_map(|i| moved[i].as_ref().map(|kept| (i, kept)))
-            .collect();
-        let along_m = if self.is_settled { SETTLED } else { ALONG } * cube_m;
-        let mut found = links(&chosen, cube_m, along_m, noise, self.threads);
-        // Back to where the pixels were: the offsets are unknowns.
-        for sight in found.iter_mut().flat_map(|link| &mut link.sights) {
-            sight.at -= sight.ray * self.offsets_m[sight.frame];
-        }
-        found
+    pub(super) fn links(&mut self, frames: &[Option<Keyframe>], noise: &NoiseTable) -> Links {
+        self.moved_m = 0.0;
+        let along_m = if self.is_settled { SETTLED } else { ALONG } * self.cube_m;
+        Links::of(&self.seen(frames), self.cube_m, along_m, noise, self.threads)
     }
 
-    /// The frames with their offsets.
-    pub(super) fn moved(&self, frames: &[Option<Kept>]) -> Vec<Option<Kept>> {
-        let moved = |(kept, &offset): (&Option<Kept>, &f64)| {
-            let mut kept = kept.clone()?;
-            kept.patches.iter_mut().for_each(|p| p.at += p.ray * offset);
-            Some(kept)
-        };
-        frames.iter().zip(&self.offsets_m).map(moved).collect()
+    /// The frames that are solved for, with their offsets.
+    pub(super) fn seen<'a>(&self, frames: &'a [Option<Keyframe>]) -> Vec<Seen<'a>> {
+        let frames = frames.iter().enumerate().zip(&self.places);
+        let solved = frames.filter(|(_, place)| place.is_some());
+        let seen = solved.filter_map(|((number, kept), _)| {
+            let offset_m = self.offsets_m[number];
+            kept.as_ref().map(|frame| Seen { number, frame, offset_m })
+        });
+        seen.collect()
     }
 }
 
 /// The middle of what each frame saw: its pose is turned about it.
-pub(super) fn middles(frames: &[Option<Kept>]) -> Vec<Vector3<f64>> {
-    let middle = |kept: &Kept| {
-        let sum: Vector3<f64> = kept.patches.iter().map(|p| p.at).sum();
+pub(super) fn middles(frames: &[Option<Keyframe>]) -> Vec<Vector3<f64>> {
+    let middle = |kept: &Keyframe| {
+        let sum: Vector3<f64> = kept.patches.iter().map(|p| p.at(0.0)).sum();
         kept.pose.apply(&(sum / kept.patches.len().max(1) as f64))
     };
     frames.iter().map(|kept| kept.as_ref().map_or_else(Vector3::zeros, middle)).collect()

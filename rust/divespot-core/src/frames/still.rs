@@ -1,16 +1,20 @@
 //! Frames of a camera that did not move, averaged; what moved through the view is left out.
+//!
+//! They are looked at twice, one at a time. First each pixel holds a range that the frames vote
+//! for or against, so that the surface stays which most of them saw (after Boyer and Moore 1981);
+//! then what lies about that range is summed up, in integers.
 
-use crate::parallel::map_chunks;
-use crate::robust::{median, median_in, scale};
+use crate::parallel::fill_chunks;
+use crate::robust::median;
 use crate::thread_count;
+
+use super::noise::NoiseTable;
 
 /// The mean of frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Averaged {
     /// Mean range of each pixel; NaN where too few frames saw it.
-    pub ranges_m: Vec<f64>,
-    /// Frames in each mean.
-    pub counts: Vec<u32>,
+    pub ranges_m: Vec<f32>,
     /// Typical standard deviation of a pixel from frame to frame.
     pub sigma_m: f64,
     /// Standard deviation of whole frames about their mean.
@@ -19,124 +23,222 @@ pub struct Averaged {
     pub left_out: f64,
 }
 
-/// Ranges within so many standard deviations of the median are of the same surface.
-const SAME: f64 = 4.0;
+/// Ranges within so many standard deviations of the one voted for are of the same surface: four,
+/// √2 of one pixel's, and half as much again where a surface is noisier than most.
+const SAME: f64 = 4.0 * std::f64::consts::SQRT_2 * 1.5;
 /// Least share of the frames in which a pixel must have seen its surface.
 const SEEN: f64 = 0.3;
-/// The deviation of a pixel is at least this part of the typical one, as of few frames.
-const TYPICAL: f64 = 0.7;
+/// Parts of a metre in which ranges are summed up.
+const PARTS: f64 = 65_536.0;
 /// Pixels that a thread takes at a time.
-const CHUNK: usize = 1 << 12;
+const CHUNK: usize = 1 << 13;
+/// Pixels whose deviation from frame to frame is looked at, about.
+const LOOKED_AT: usize = 4000;
 
-/// The mean range of each pixel over frames; none of their pixels is kept that a mover covered.
-///
-/// `frame(f, i)` is the range of pixel `i` in frame `f`.
-#[must_use]
-pub fn averaged(
-    frames: usize,
-    pixels: usize,
-    frame: impl Fn(usize, usize) -> f64 + Sync,
+/// A pixel of a camera that stands still.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pixel {
+    /// The range that is voted for.
+    anchor_m: f32,
+    votes: u16,
+    count: u16,
+    valid: u16,
+    /// Of ranges beside the anchor, in parts of a metre.
+    sum: i32,
+}
+
+/// Frames of a camera that stands still, so far.
+#[derive(Debug)]
+pub struct Still {
+    pixels: Vec<Pixel>,
+    noise: NoiseTable,
     threads: usize,
-) -> Averaged {
-    let threads = thread_count(threads);
-    let typical_m = typical(frames, pixels, &frame);
-    let parts = map_chunks(pixels, CHUNK, threads, |range| {
-        range.map(|i| mean(frames, |f| frame(f, i), typical_m)).collect::<Vec<_>>()
-    });
-    let means: Vec<Mean> = parts.into_iter().flatten().collect();
-    let (valid, kept) =
-        means.iter().fold((0, 0), |(valid, kept), m| (valid + m.valid, kept + m.kept));
-    Averaged {
-        ranges_m: means.iter().map(|m| m.range_m).collect(),
-        counts: means.iter().map(|m| m.kept).collect(),
-        sigma_m: typical_m,
-        between_m: between(frames, &means, &frame),
-        left_out: 1.0 - f64::from(kept) / f64::from(valid.max(1)),
+    frames: u32,
+    /// Mean of each frame beside the anchors.
+    offs_m: Vec<f64>,
+    squares: Vec<f64>,
+}
+
+impl Still {
+    /// No frames yet, of so many pixels.
+    #[must_use]
+    pub fn new(pixels: usize, noise: NoiseTable, threads: usize) -> Self {
+        Self {
+            pixels: vec![Pixel::default(); pixels],
+            noise,
+            threads: thread_count(threads),
+            frames: 0,
+            offs_m: Vec::new(),
+            squares: vec![0.0; pixels.div_ceil(every(pixels))],
+        }
+    }
+
+    /// Looks at a frame for the first time.
+    pub fn vote(&mut self, ranges_m: &[f32]) {
+        let noise = &self.noise;
+        fill_chunks(&mut self.pixels, CHUNK, self.threads, |first, piece| {
+            for (pixel, &range_m) in piece.iter_mut().zip(&ranges_m[first..]) {
+                if !range_m.is_nan() {
+                    pixel.vote(range_m, noise);
+                }
+            }
+        });
+    }
+
+    /// Adds a frame, all of which were voted on.
+    pub fn add(&mut self, ranges_m: &[f32]) {
+        let noise = &self.noise;
+        self.frames += 1;
+        fill_chunks(&mut self.pixels, CHUNK, self.threads, |first, piece| {
+            for (pixel, &range_m) in piece.iter_mut().zip(&ranges_m[first..]) {
+                if !range_m.is_nan() {
+                    pixel.add(range_m, noise);
+                }
+            }
+        });
+        self.look_at(ranges_m);
+    }
+
+    /// How far a frame is off the anchors as a whole, and some of its pixels each.
+    fn look_at(&mut self, ranges_m: &[f32]) {
+        let every = every(self.pixels.len());
+        let mut offs = Vec::with_capacity(self.squares.len());
+        for (k, square) in self.squares.iter_mut().enumerate() {
+            let pixel = &self.pixels[k * every];
+            if let Some(off) = pixel.off(ranges_m[k * every], &self.noise) {
+                *square += off * off;
+                offs.push(off);
+            }
+        }
+        self.offs_m.push(median(offs));
+    }
+
+    /// The mean.
+    #[must_use]
+    pub fn averaged(&self) -> Averaged {
+        let least = (SEEN * f64::from(self.frames)).max(1.0);
+        let mean = |pixel: &Pixel| {
+            let is_enough = f64::from(pixel.count) >= least;
+            if is_enough { (f64::from(pixel.anchor_m) + pixel.mean_m()) as f32 } else { f32::NAN }
+        };
+        let count = |part: fn(&Pixel) -> u16| self.pixels.iter().map(|p| u64::from(part(p))).sum();
+        let (kept, valid): (u64, u64) = (count(|p| p.count), count(|p| p.valid));
+        Averaged {
+            ranges_m: self.pixels.iter().map(mean).collect(),
+            sigma_m: self.sigma_m(),
+            between_m: deviation(&self.offs_m),
+            left_out: 1.0 - kept as f64 / valid.max(1) as f64,
+        }
+    }
+
+    fn sigma_m(&self) -> f64 {
+        let looked_at = self.pixels.iter().step_by(every(self.pixels.len()));
+        let own = looked_at.zip(&self.squares).filter(|(pixel, _)| pixel.count > 2);
+        let variance = |(pixel, square): (&Pixel, &f64)| {
+            let (count, mean) = (f64::from(pixel.count), pixel.mean_m());
+            ((square - count * mean * mean) / (count - 1.0)).max(0.0)
+        };
+        median(own.map(variance).collect()).sqrt()
+    }
+
+    /// Bytes of what is held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.pixels.capacity() * size_of::<Pixel>() + self.squares.capacity() * size_of::<f64>()
     }
 }
 
-struct Mean {
-    range_m: f64,
-    valid: u32,
-    kept: u32,
+impl Pixel {
+    fn vote(&mut self, range_m: f32, noise: &NoiseTable) {
+        if self.votes == 0 {
+            (self.anchor_m, self.votes) = (range_m, 1);
+        } else if self.off(range_m, noise).is_some() {
+            self.votes = self.votes.saturating_add(1);
+        } else {
+            self.votes -= 1;
+        }
+    }
+
+    fn add(&mut self, range_m: f32, noise: &NoiseTable) {
+        self.valid = self.valid.saturating_add(1);
+        if let Some(off_m) = self.off(range_m, noise).filter(|_| self.count < u16::MAX) {
+            self.sum += (off_m * PARTS).round() as i32;
+            self.count += 1;
+        }
+    }
+
+    /// How far a range is beside the anchor, if it is of the same surface.
+    #[inline]
+    fn off(&self, range_m: f32, noise: &NoiseTable) -> Option<f64> {
+        let off_m = f64::from(range_m) - f64::from(self.anchor_m);
+        (off_m.abs() <= SAME * noise.straight_m(self.anchor_m)).then_some(off_m)
+    }
+
+    fn mean_m(&self) -> f64 {
+        f64::from(self.sum) / PARTS / f64::from(self.count.max(1))
+    }
 }
 
-/// The typical deviation of a pixel about its median, from some of the pixels.
-fn typical(frames: usize, pixels: usize, frame: &impl Fn(usize, usize) -> f64) -> f64 {
-    let every = (pixels / 4000).max(1);
-    let deviation = |i: usize| {
-        let own: Vec<f64> = (0..frames).map(|f| frame(f, i)).filter(|r| r.is_finite()).collect();
-        (own.len() > 2).then(|| {
-            let middle = median(own.clone());
-            scale(own.into_iter().map(|r| r - middle))
-        })
-    };
-    median((0..pixels).step_by(every).filter_map(deviation).collect())
+/// Of so many pixels one is looked at.
+fn every(pixels: usize) -> usize {
+    (pixels / LOOKED_AT).max(1)
 }
 
-fn mean(frames: usize, range_m: impl Fn(usize) -> f64, typical_m: f64) -> Mean {
-    let mut own: Vec<f64> = (0..frames).map(range_m).filter(|r| r.is_finite()).collect();
-    let valid = own.len() as u32;
-    let nothing = Mean { range_m: f64::NAN, valid, kept: 0 };
-    if (own.len() as f64) < SEEN * frames as f64 || own.is_empty() {
-        return nothing;
-    }
-    let middle = median_in(&mut own);
-    let sigma_m = scale(own.iter().map(|r| r - middle)).max(TYPICAL * typical_m);
-    // In the order of their ranges: the same sum for frames in any order.
-    own.sort_unstable_by(f64::total_cmp);
-    let (mut sum, mut kept) = (0.0, 0);
-    for off in own.iter().map(|r| r - middle).filter(|off| off.abs() <= SAME * sigma_m) {
-        sum += off;
-        kept += 1;
-    }
-    if f64::from(kept) < SEEN * frames as f64 || kept == 0 {
-        return nothing;
-    }
-    Mean { range_m: middle + sum / f64::from(kept), valid, kept }
-}
-
-/// How far whole frames are off their mean: the median over pixels, frame by frame.
-fn between(frames: usize, means: &[Mean], frame: &impl Fn(usize, usize) -> f64) -> f64 {
-    let every = (means.len() / 4000).max(1);
-    let off = |f: usize| {
-        let pixels = (0..means.len()).step_by(every);
-        median(pixels.map(|i| frame(f, i) - means[i].range_m).filter(|v| v.is_finite()).collect())
-    };
-    let offs: Vec<f64> = (0..frames).map(off).collect();
-    let mean = offs.iter().sum::<f64>() / frames.max(1) as f64;
-    let square = offs.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
-    (square / frames.saturating_sub(1).max(1) as f64).sqrt()
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len();
+    let mean = values.iter().sum::<f64>() / count.max(1) as f64;
+    let square = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
+    (square / count.saturating_sub(1).max(1) as f64).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frames::noise::Noise;
     use crate::frames::noise::tests::normal;
+
+    fn table() -> NoiseTable {
+        NoiseTable::new(&Noise { at_metre_m: 0.001, power: 2.0, incidence: 0.0 })
+    }
+
+    fn averaged(frames: &[Vec<f32>], threads: usize) -> Averaged {
+        let mut still = Still::new(frames[0].len(), table(), threads);
+        frames.iter().for_each(|frame| still.vote(frame));
+        frames.iter().for_each(|frame| still.add(frame));
+        still.averaged()
+    }
 
     #[test]
     fn noise_falls_with_the_root_of_the_frames_and_a_mover_leaves_no_trace() {
-        let (frames, pixels) = (30, 5000);
-        let covered = |f: usize, i: usize| f < 10 && i / 500 == f % 10;
-        let frame = |f: usize, i: usize| {
-            let noise = 0.002 * normal((f * pixels + i) as u64);
-            if covered(f, i) { 0.8 + noise } else { 1.4 + noise }
+        let pixels = 5000;
+        let frame = |f: usize| -> Vec<f32> {
+            let range = |i: usize| {
+                let covered = f < 10 && i / 500 == f % 10;
+                let noise = 0.002 * normal((f * pixels + i) as u64);
+                (if covered { 0.8 } else { 1.4 } + noise) as f32
+            };
+            (0..pixels).map(range).collect()
         };
-        let found = averaged(frames, pixels, frame, 2);
-        let off: Vec<f64> = found.ranges_m.iter().map(|r| r - 1.4).collect();
-        let rms = (off.iter().map(|v| v * v).sum::<f64>() / pixels as f64).sqrt();
+        let frames: Vec<Vec<f32>> = (0..30).map(frame).collect();
+        let found = averaged(&frames, 2);
+        let square = |r: &f32| (f64::from(*r) - 1.4) * (f64::from(*r) - 1.4);
+        let rms = (found.ranges_m.iter().map(square).sum::<f64>() / pixels as f64).sqrt();
         assert!(rms < 0.002 / 30_f64.sqrt() * 1.15, "{rms}");
         assert!((found.left_out - 1.0 / 30.0).abs() < 0.004, "{}", found.left_out);
         assert!((found.sigma_m / 0.002 - 1.0).abs() < 0.1);
         assert!(found.between_m < 2e-4);
-        let turned = averaged(frames, pixels, |f, i| frame(29 - f, i), 1);
-        assert_eq!(turned.ranges_m, found.ranges_m);
+        assert_eq!(averaged(&frames, 1), found);
+        let turned: Vec<Vec<f32>> = frames.into_iter().rev().collect();
+        let other = averaged(&turned, 1);
+        let apart = |(a, b): (&f32, &f32)| f64::from((a - b).abs());
+        assert!(other.ranges_m.iter().zip(&found.ranges_m).map(apart).fold(0.0, f64::max) < 1e-3);
     }
 
     #[test]
     fn a_pixel_that_sees_nothing_has_no_range() {
-        let found =
-            averaged(4, 3, |f, i| if i == 0 || f > 0 && i == 1 { f64::NAN } else { 1.0 }, 1);
+        let frames: Vec<Vec<f32>> =
+            (0..4).map(|f| vec![f32::NAN, if f > 0 { f32::NAN } else { 1.0 }, 1.0]).collect();
+        let found = averaged(&frames, 1);
         assert!(found.ranges_m[0].is_nan() && found.ranges_m[1].is_nan());
         assert_eq!(found.ranges_m[2], 1.0);
     }

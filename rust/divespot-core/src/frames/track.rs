@@ -5,14 +5,12 @@ use nalgebra::{Matrix3, Vector3};
 use crate::ground::{Axis, Frame, find_ground};
 use crate::plane::Settings;
 
-use super::camera::Camera;
-use super::edges::usable;
+use super::cutter::FEWEST;
 use super::icp::{Fit, lay, typical_range_m};
+use super::keyframe::{Keyframe, Keyframes};
 use super::model::{Index, Model};
 use super::motion::Motion;
-use super::noise::Noise;
 use super::patches::Patch;
-use super::patches::patches;
 use super::search::search;
 
 /// Why a frame could not be placed.
@@ -39,30 +37,25 @@ pub struct Placed {
     pub sliding: Option<[f64; 3]>,
 }
 
-/// A frame that was placed.
-#[derive(Debug, Clone)]
-pub(crate) struct Kept {
-    pub(crate) pose: Motion,
-    /// As it was laid on those before it.
-    pub(crate) laid: Motion,
-    pub(crate) patches: Vec<Patch>,
-}
-
 /// The sequence so far.
 #[derive(Debug)]
 pub struct Tracker {
-    camera: Camera,
-    noise: Option<Noise>,
     threads: usize,
     model: Option<Model>,
-    /// The frames in turn; none where one was left out.
-    pub(crate) frames: Vec<Option<Kept>>,
+    keyframes: Keyframes,
+    /// What the frames are laid on that were not solved for.
+    pub(crate) settled: Option<Settled>,
     /// The range that the first frame shows, in the middle.
     pub(crate) range_m: f64,
 }
 
-/// Fewest patches of a frame.
-const FEWEST: usize = 60;
+/// What was solved for, to lay others on.
+#[derive(Debug)]
+pub(crate) struct Settled {
+    pub(crate) index: Index,
+    pub(crate) offset_m: f64,
+}
+
 /// Least overlap with the model.
 const OVERLAP: f64 = 0.25;
 /// Least share of the overlap that must lie on the model.
@@ -84,17 +77,16 @@ const SHARED: f64 = 0.6;
 const CHEAPER: f64 = 0.95;
 
 impl Tracker {
-    /// Nothing was seen yet; `noise` is taken from the first frame unless it is known.
+    /// Nothing was seen yet.
     #[must_use]
-    pub fn new(camera: Camera, noise: Option<Noise>, threads: usize) -> Self {
-        let threads = crate::thread_count(threads);
-        Self { camera, noise, threads, model: None, frames: Vec::new(), range_m: 1.0 }
-    }
-
-    /// The noise of the camera.
-    #[must_use]
-    pub fn noise(&self) -> Noise {
-        self.noise.unwrap_or_default()
+    pub fn new(threads: usize) -> Self {
+        Self {
+            threads: crate::thread_count(threads),
+            model: None,
+            keyframes: Keyframes::new(),
+            settled: None,
+            range_m: 1.0,
+        }
     }
 
     /// The range that the first frame shows, in the middle.
@@ -112,10 +104,24 @@ impl Tracker {
         CUBE * self.range_m
     }
 
+    pub(crate) fn frames(&self) -> &[Option<Keyframe>] {
+        &self.keyframes.frames
+    }
+
+    pub(crate) fn frames_mut(&mut self) -> &mut [Option<Keyframe>] {
+        &mut self.keyframes.frames
+    }
+
     /// The poses, from the frames to the model.
     #[must_use]
     pub fn poses(&self) -> Vec<Option<Motion>> {
-        self.frames.iter().map(|kept| kept.as_ref().map(|kept| kept.pose)).collect()
+        self.frames().iter().map(|kept| kept.as_ref().map(|kept| kept.pose)).collect()
+    }
+
+    /// Bytes of the model, and of what is held of frames.
+    #[must_use]
+    pub fn bytes(&self) -> (usize, usize) {
+        (self.model.as_ref().map_or(0, Model::bytes), self.keyframes.bytes())
     }
 
     /// Places the next frame; `given` is where it stood, more or less, or exactly if `is_exact`.
@@ -125,42 +131,33 @@ impl Tracker {
     /// The reason why it was left out.
     pub fn add(
         &mut self,
-        ranges_m: &[f64],
+        patches: &[Patch],
         given: Option<Motion>,
         is_exact: bool,
     ) -> Result<Placed, Lost> {
-        let patches = self.cut(ranges_m);
-        let placed = self.place(&patches, given, is_exact);
-        match placed {
+        let found = self.place(patches, given, is_exact);
+        match found {
             Ok((pose, placed)) => {
                 let cube_m = self.cube_m();
-                self.model.get_or_insert_with(|| Model::new(cube_m)).add(&patches, &pose);
-                self.frames.push(Some(Kept { pose, laid: pose, patches }));
+                self.model.get_or_insert_with(|| Model::new(cube_m)).add(patches, &pose);
+                self.keyframes.push(pose, patches);
                 Ok(placed)
             }
             Err(lost) => {
-                self.frames.push(None);
+                self.keyframes.leave_out();
                 Err(lost)
             }
         }
     }
 
-    fn cut(&mut self, ranges_m: &[f64]) -> Vec<Patch> {
-        let camera = &self.camera;
-        let cut = |noise: &Noise| {
-            let usable = usable(camera, ranges_m, noise, self.threads);
-            patches(camera, ranges_m, &usable, self.threads)
-        };
-        if let Some(noise) = &self.noise {
-            return cut(noise);
-        }
-        let rough = cut(&Noise::default());
-        let noise = Noise::of(camera, ranges_m, &rough);
-        let found = cut(&noise);
-        if found.len() >= FEWEST {
-            self.noise = Some(noise);
-        }
-        found
+    /// Where a frame lies on what was solved for, if it was not itself.
+    #[must_use]
+    pub fn settled(&self, number: usize, patches: &[Patch]) -> Option<Motion> {
+        let start = self.frames().get(number)?.as_ref()?.pose;
+        let Some(Settled { index, offset_m }) = &self.settled else { return Some(start) };
+        let moved = |p: &Patch| Patch { at: p.at * (1.0 + offset_m / p.at.norm()), ..*p };
+        let patches: Vec<Patch> = patches.iter().map(moved).collect();
+        Some(lay(index, &patches, start, false, self.threads).pose)
     }
 
     fn place(
@@ -220,17 +217,17 @@ impl Tracker {
 
     /// Where the frame before was.
     fn last(&self) -> Option<Motion> {
-        self.frames.iter().rev().flatten().next().map(|kept| kept.pose)
+        self.frames().iter().rev().flatten().next().map(|kept| kept.pose)
     }
 
     /// Whether the motion is known from two frames before.
     fn is_steady(&self) -> bool {
-        self.frames.iter().rev().take(2).filter(|kept| kept.is_some()).count() == 2
+        self.frames().iter().rev().take(2).filter(|kept| kept.is_some()).count() == 2
     }
 
     /// The pose at which the next frame is expected: the last motion goes on.
     fn expected(&self) -> Motion {
-        let mut placed = self.frames.iter().rev().flatten();
+        let mut placed = self.frames().iter().rev().flatten();
         let Some(last) = placed.next() else { return Motion::default() };
         match placed.next() {
             Some(before) if self.is_steady() => {

@@ -1,0 +1,60 @@
+//! Cells of space as numbers, and maps by them.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use crate::sample::mix;
+
+/// What is known of cells.
+pub(crate) type Cells<T> = HashMap<u64, T, BuildHasherDefault<Mixed>>;
+
+/// Cells along an axis to either side of the origin.
+pub(crate) const SPAN: i64 = 1 << 20;
+const BITS: u32 = 21;
+
+/// The number of a cell, in the order of x, y, z; none of one that is too far away.
+#[inline]
+pub(crate) fn number(cell: [i64; 3]) -> Option<u64> {
+    let [x, y, z] = cell.map(|v| v + SPAN);
+    let is_near = (x | y | z) as u64 >> BITS == 0;
+    is_near.then_some((x << (2 * BITS) | y << BITS | z) as u64)
+}
+
+/// The cell of a number.
+#[inline]
+pub(crate) fn cell(number: u64) -> [i64; 3] {
+    [2 * BITS, BITS, 0].map(|by| (number >> by & ((1 << BITS) - 1)) as i64 - SPAN)
+}
+
+/// Hashes of keys that are numbers.
+#[derive(Default)]
+pub(crate) struct Mixed(u64);
+
+impl Hasher for Mixed {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.0 = mix(self.0 ^ u64::from(byte)));
+    }
+
+    fn write_u64(&mut self, key: u64) {
+        self.0 = mix(key);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_gives_back_its_cell_and_what_is_too_far_has_none() {
+        for at in [[0, 0, 0], [-1, 5, SPAN - 1], [-SPAN, 1, -7]] {
+            assert_eq!(number(at).map(cell), Some(at));
+        }
+        assert_eq!(number([SPAN, 0, 0]), None);
+        assert_eq!(number([0, -SPAN - 1, 0]), None);
+        assert!(number([1, 0, 0]) > number([0, 9, 9]));
+    }
+}
