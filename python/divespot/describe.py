@@ -15,6 +15,7 @@ from divespot.level import Outline
 from divespot.mass import density_of, mass_kg
 from divespot.pose import FLAT_SHARE
 from divespot.report import COVERAGE, Ground, Pile
+from divespot.settings import given
 
 if TYPE_CHECKING:
     from divespot import _native
@@ -89,7 +90,9 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
     own = {term: factor * getattr(raw, term) for term in terms}
     budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
     if registration is not None and not measured.spread.edges_m:
-        budget = replace(budget, registration_m3=factor * _registration_m3(raw, registration))
+        registration_m3 = factor * _registration_m3(raw, registration)
+        footprint_m3 = budget.footprint_m3 * _toe_share(raw, registration, settings)
+        budget = replace(budget, registration_m3=registration_m3, footprint_m3=footprint_m3)
     volume = factor * (raw.cut_m3 - raw.fill_m3)
     region = measured.regions[raw.label] if measured.regions else None
     material = region.material if region else None
@@ -120,8 +123,26 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
 
 def _registration_m3(raw: _native.RawObject, found: Registration) -> float:
     """Return the standard uncertainty of a volume by the registration, as its frames show it."""
-    height_m3 = raw.footprint_m2 * found.u_height_m
+    height_m3 = raw.footprint_m2 * _u_height_m(raw, found)
     return math.hypot(height_m3, found.u_scale * (raw.cut_m3 - raw.fill_m3))
+
+
+def _u_height_m(raw: _native.RawObject, found: Registration) -> float:
+    """Return the standard uncertainty of a pile's mean height: places in it are averaged."""
+    places = max(1.0, raw.footprint_m2 / found.place_m**2)
+    return math.hypot(found.u_height_m, found.u_place_m / math.sqrt(places))
+
+
+def _toe_share(raw: _native.RawObject, found: Registration, settings: Settings) -> float:
+    """Return which share of the toe is in doubt.
+
+    A wedge as high as the margin, at an angle that is known, holds more by 2 u / margin where
+    heights are higher by u. Where a wall ends the pile, its face is in doubt, and all of it stays.
+    """
+    if raw.leans_on_wall:
+        return 1.0
+    u_m = math.hypot(found.u_height_m, found.u_place_m)
+    return min(1.0, 2.0 * u_m / given(settings.margin_m))
 
 
 def _in_scan(places_m: list[Position], frame: Frame) -> list[Position]:

@@ -133,7 +133,8 @@ def _paths(ctx: click.Context) -> tuple[str, ...]:
 
 
 def _holds_its_own(path: str) -> bool:
-    """Return whether a path is a recording, which may hold intrinsics."""
+    """Return whether a path is a recording, which may hold intrinsics, or a folder of clouds."""
     from divespot.frames.recording import is_recording  # noqa: PLC0415 - slow to import
+    from divespot.frames.source import holds_clouds  # noqa: PLC0415 - as above
 
-    return is_recording(Path(path))
+    return is_recording(Path(path)) or holds_clouds(Path(path))

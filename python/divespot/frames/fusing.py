@@ -11,11 +11,12 @@ from divespot import _native
 from divespot._arguments import number, switch, thread_number, word
 from divespot.errors import DivespotError, NothingSeenError
 from divespot.frames.ahead import ahead
+from divespot.frames.clouds import CloudView
 from divespot.frames.intrinsics import Given, Intrinsics
 from divespot.frames.placing import View, place
 from divespot.frames.poses import Poses, as_poses
 from divespot.frames.source import Depth, Frames
-from divespot.frames.telling import lost, slid, stood, warnings_of
+from divespot.frames.telling import far, lost, slid, stood, warnings_of
 from divespot.io.scan import Registration, Scan
 
 if TYPE_CHECKING:
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from divespot.frames.placing import Kind, Placed, Pose
+    from divespot.frames.placing import Kind, Placed
+    from divespot.frames.views import Pose, Views
 
 #: A camera stands still if it moved by less than this part of its range, and turned by less.
 STILL, STILL_RAD = 0.003, 0.003
@@ -54,7 +56,8 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     ----------
     depth
         A folder or list of 16-bit PNG or TIFF images (extra ``frames``), NPY or NPZ files, or
-        arrays of shape ``(h, w)`` or ``(n, h, w)``, in the order they were taken; or a recording:
+        arrays of shape ``(h, w)`` or ``(n, h, w)``, in the order they were taken; or a folder or
+        list of clouds, PCD or PLY, each in the axes of its sensor at the origin; or a recording:
         rosbag or MCAP (extra ``frames``), MKV of Azure Kinect (extra ``kinect``).
     intrinsics
         The camera's: see `divespot.frames.Intrinsics.of`. By default those that a recording holds.
@@ -105,18 +108,29 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     if voxel_m is not None and not 0.0 < number("voxel_m", voxel_m) < math.inf:
         raise DivespotError(f"voxel_m is {voxel_m}: an edge in metres, above 0, is needed")
     source = Frames.of(depth, depth_scale, depth_topic)
-    lens = _lens(source) if intrinsics is None else Intrinsics.of(intrinsics)
     given = None if poses is None else as_poses(poses, len(source), source.times_s)
     if switch("exact_poses", exact_poses) and given is None:
         raise DivespotError("exact_poses needs poses")
-    view = View.of(source, lens, depth_kind, thread_number(threads))
+    view = _view(source, intrinsics, depth_kind, thread_number(threads))
     tell = on_frame or (lambda _text: None)
     placed = place(view, given, exact=exact_poses, tell=tell)
     tell("solving for all poses")
     joint = placed.solve(exact=exact_poses)
-    if not exact_poses and _stands_still(joint):
+    if isinstance(view, View) and not exact_poses and _stands_still(joint):
         return _still(view, joint, placed, voxel_m)
     return _fused(view, joint, placed, voxel_m, tell)
+
+
+def _view(source: Frames, intrinsics: Given | None, kind: Kind, threads: int) -> Views:
+    """Return the frames as ranges along rays."""
+    if not source.is_clouds:
+        lens = _lens(source) if intrinsics is None else Intrinsics.of(intrinsics)
+        return View.of(source, lens, kind, threads)
+    if intrinsics is not None or source.step_m is not None:
+        raise DivespotError(
+            f"{source.names[0]}: is a cloud, whose points need no intrinsics and no depth_scale"
+        )
+    return CloudView.of(source, threads)
 
 
 def _lens(source: Frames) -> Intrinsics:
@@ -140,7 +154,7 @@ def _stands_still(joint: _native.RawJoint) -> bool:
 
 
 def _fused(
-    view: View,
+    view: Views,
     joint: _native.RawJoint,
     placed: Placed,
     voxel_m: float | None,
@@ -158,6 +172,8 @@ def _fused(
     found = Registration(
         frames=len(kept),
         u_height_m=joint.u_height_m,
+        u_place_m=joint.u_place_m,
+        place_m=joint.place_m,
         u_scale=scale,
         between_m=joint.between_m,
         offset_m=joint.offset_m,
@@ -188,6 +204,8 @@ def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float |
     found = Registration(
         frames=len(kept),
         u_height_m=u_mean_m,
+        u_place_m=0.0,
+        place_m=joint.place_m,
         u_scale=_u_scale(joint),
         between_m=between_m,
         offset_m=joint.offset_m,
@@ -199,8 +217,10 @@ def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float |
         times_s=view.source.times_s,
     )
     warnings = (
+        *view.doubts,
         *lost(view, placed),
-        *slid(view, placed),
+        *slid(view, joint, placed),
+        *far(view, joint),
         stood(len(kept), left_out),
     )
     return _scan(view, fusion, found, warnings)
@@ -220,7 +240,10 @@ def _matrices(poses: Sequence[Pose | None]) -> tuple[NDArray[np.float64] | None,
 
 
 def _scan(
-    view: View, fusion: _native.RawFusion, found: Registration, warnings: tuple[str, ...]
+    view: Views,
+    fusion: _native.RawFusion,
+    found: Registration,
+    warnings: tuple[str, ...],
 ) -> Scan:
     points, _, _, _ = fusion.points()
     if len(points) < FEWEST:
@@ -235,7 +258,7 @@ def _scan(
         crs=None,
         warnings=warnings,
         viewpoint_m=(x, y, z),
-        format="depth frames",
+        format="clouds" if view.source.is_clouds else "depth frames",
         sensors_m=places,
         registration=found,
     )

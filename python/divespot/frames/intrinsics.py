@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 MOST_COEFFICIENTS = 8
 #: Largest intrinsics file in bytes.
 MOST_BYTES = 1 << 20
+#: The optical axis meets an image within this part of its width from the middle, if not cropped.
+OFF_MIDDLE = 0.25
 #: Steps by which a distorted pixel's ray is found, and what is left of its error in pixels.
 STEPS, EXACT_PX = 30, 1e-3
 #: Names of lens models without distortion, and of those whose coefficients are as above.
@@ -100,6 +102,15 @@ class Intrinsics:
                 f"the frames have {columns} x {rows} pixels, the intrinsics are for "
                 f"{self.size[0]} x {self.size[1]}: those of this image size are needed"
             )
+
+    def doubts(self, rows: int, columns: int) -> tuple[str, ...]:
+        """Say where the optical axis meets images of this size too far from their middle."""
+        off = max(abs(self.cx / columns - 0.5), abs(self.cy / rows - 0.5))
+        said = (
+            f"the optical axis meets the image at ({self.cx:.0f}, {self.cy:.0f}) of {columns} x "
+            f"{rows} pixels: the intrinsics may be for images of another size"
+        )
+        return (said,) if off > OFF_MIDDLE else ()
 
     def rays(self, rows: int, columns: int) -> NDArray[np.float64]:
         """Return the pixels' unit rays, shape ``(rows * columns, 3)``; NaN beyond the lens."""

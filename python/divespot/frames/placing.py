@@ -19,10 +19,9 @@ if TYPE_CHECKING:
 
     from divespot.frames.intrinsics import Intrinsics
     from divespot.frames.source import Frames
+    from divespot.frames.views import Frame, Pose, Views
 
 Kind: TypeAlias = Literal["planar", "radial"]
-Pose: TypeAlias = "list[list[float]]"
-Frame: TypeAlias = "tuple[_native.RawCamera, NDArray[np.float32]]"
 
 #: Why a frame was left out, by the kernel's word for it.
 REASONS = {
@@ -51,6 +50,8 @@ class View:
         Angle between the rays of neighbours in the middle of the image.
     threads
         Threads to use; 0: all.
+    doubts
+        What there is to say of the intrinsics.
 
     """
 
@@ -60,6 +61,7 @@ class View:
     shape: tuple[int, int]
     pitch: float
     threads: int
+    doubts: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, source: Frames, lens: Intrinsics, kind: Kind, threads: int) -> View:
@@ -74,9 +76,9 @@ class View:
         per_depth = rays[:, 2] / rays[:, 2] if kind == "radial" else 1.0 / rays[:, 2]
         shaped = per_depth.astype(np.float32).reshape(rows, columns)
         shape = (rows, columns)
-        return cls(
-            source, _native.RawCamera(rays, shape), shaped, shape, _pitch(rays, shape), threads
-        )
+        camera = _native.RawCamera(rays, shape)
+        pitch, doubts = _pitch(rays, shape), lens.doubts(rows, columns)
+        return cls(source, camera, shaped, shape, pitch, threads, doubts)
 
     def __len__(self) -> int:
         return len(self.source)
@@ -127,7 +129,7 @@ class Placed:
 
 
 def place(
-    view: View,
+    view: Views,
     given: NDArray[np.float64] | None = None,
     *,
     exact: bool = False,

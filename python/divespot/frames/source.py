@@ -31,7 +31,8 @@ Depth: TypeAlias = "str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | 
 
 IMAGES = (".png", ".tif", ".tiff")
 ARRAYS = (".npy", ".npz")
-CLOUDS = (".pcd", ".ply", ".las", ".laz", ".e57", ".xyz")
+CLOUDS = (".pcd", ".ply")
+OTHER_CLOUDS = (".las", ".laz", ".e57", ".xyz")
 #: Metres in a step of whole numbers: all common depth cameras write millimetres.
 STEP_M = 0.001
 #: What some cameras write, beside 0, where they saw nothing.
@@ -58,6 +59,8 @@ class Frames:
         The folder or file that was given, or the first of several.
     intrinsics
         The camera's, as a recording holds them, or why there are none.
+    is_clouds
+        Whether each is a cloud, and none has pixels.
 
     """
 
@@ -67,6 +70,7 @@ class Frames:
     times_s: tuple[float, ...] | None = None
     path: str | None = None
     intrinsics: Intrinsics | str = "no intrinsics were given"
+    is_clouds: bool = False
 
     @classmethod
     def of(cls, depth: Depth, step_m: float | None = None, topic: str | None = None) -> Frames:
@@ -114,11 +118,12 @@ class Frames:
     def _of_files(cls, files: list[Path], step_m: float | None) -> Frames:
         if len(files) == 1 and files[0].suffix.lower() in ARRAYS:
             return cls._of_array(_array(files[0]), str(files[0]), step_m)
+        is_clouds = _are_clouds(files)
         for file in files:
-            if file.suffix.lower() not in (*IMAGES, *ARRAYS):
+            if file.suffix.lower() not in (CLOUDS if is_clouds else (*IMAGES, *ARRAYS)):
                 raise DivespotError(f"{file}: {_no_frame(file)}")
         names = tuple(str(file) for file in files)
-        return cls(files, names, step_m, _times(files), names[0])
+        return cls(files, names, step_m, _times(files), names[0], is_clouds=is_clouds)
 
     @classmethod
     def _of_array(cls, array: NDArray[Any], name: str, step_m: float | None) -> Frames:
@@ -152,34 +157,45 @@ class Frames:
 
 
 def _in_order(folder: Path) -> list[Path]:
-    """Return the frames in a folder, by the numbers in their names."""
+    """Return the frames in a folder, or else its clouds, by the numbers in their names."""
     try:
-        found = [f for f in folder.iterdir() if f.suffix.lower() in (*IMAGES, *ARRAYS)]
+        held = list(folder.iterdir())
     except OSError as error:
         raise DivespotError(f"{folder}: cannot be read ({error.strerror or error})") from None
+    found = [f for f in held if f.suffix.lower() in (*IMAGES, *ARRAYS)]
+    found = found or [f for f in held if f.suffix.lower() in CLOUDS]
     if not found:
         raise DivespotError(f"{folder}: {_nothing(folder)}")
     return sorted(found, key=lambda file: (_key(file.stem), file.name))
 
 
+def _are_clouds(files: Sequence[Path]) -> bool:
+    return bool(files) and files[0].suffix.lower() in CLOUDS
+
+
+def holds_clouds(path: Path) -> bool:
+    """Return whether a path is a folder of clouds, and of no depth images."""
+    try:
+        return os.path.isdir(path) and _are_clouds(_in_order(path))  # noqa: PTH112 - as above
+    except DivespotError:
+        return False
+
+
 def _nothing(folder: Path) -> str:
     """Say what a folder without frames holds instead, and what is needed."""
     for file in sorted(folder.iterdir()):
-        if is_recording(file) or file.suffix.lower() in CLOUDS:
+        if is_recording(file) or file.suffix.lower() in OTHER_CLOUDS:
             return f"{file.name}: {_no_frame(file)}"
-    return f"holds no frames: {', '.join((*IMAGES, *ARRAYS))} are needed"
+    return f"holds no frames: {', '.join((*IMAGES, *ARRAYS, *CLOUDS))} are needed"
 
 
 def _no_frame(file: Path) -> str:
     """Say why a file is no frame, and what is needed."""
-    if file.suffix.lower() in CLOUDS:
-        return (
-            "is a cloud, and sequences of clouds are not put together: depth images, which keep "
-            "what lies next to what, are needed, or one cloud that was put together elsewhere"
-        )
+    if file.suffix.lower() in (*CLOUDS, *OTHER_CLOUDS):
+        return f"is a cloud: a sequence is of {' or '.join(CLOUDS)} alone, a file each frame"
     if is_recording(file):
         return "is a recording: it is needed by itself, by its own path"
-    kinds = ", ".join((*IMAGES, *ARRAYS, *BAGS, *VIDEOS))
+    kinds = ", ".join((*IMAGES, *ARRAYS, *BAGS, *VIDEOS, *CLOUDS))
     return f"a frame is one of {kinds}: depth of 16 bits or more is needed"
 
 

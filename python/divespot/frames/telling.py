@@ -7,22 +7,26 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from divespot import _native
-    from divespot.frames.placing import Placed, View
+    from divespot.frames.placing import Placed
+    from divespot.frames.views import Views
 
 #: Frames that are named in a warning; of more, their number is said.
 NAMED = 5
+#: What depth cameras see, in metres.
+CAMERA_M = (0.15, 10.0)
 
 
-def warnings_of(view: View, joint: _native.RawJoint, placed: Placed) -> tuple[str, ...]:
+def warnings_of(view: Views, joint: _native.RawJoint, placed: Placed) -> tuple[str, ...]:
     """Say all that there is to say of frames that were fused."""
-    said = list(lost(view, placed))
-    said += slid(view, placed)
+    said = [*view.doubts, *lost(view, placed)]
+    said += slid(view, joint, placed)
+    said += far(view, joint)
     if len(view.source) > 1 and not joint.has_floor:
         said.append("no floor is in view: heights of frames were matched to each other only")
     return tuple(said)
 
 
-def lost(view: View, placed: Placed) -> tuple[str, ...]:
+def lost(view: Views, placed: Placed) -> tuple[str, ...]:
     """Name the frames that were left out, with the reason."""
     said = []
     for why, count in Counter(why for _, why in placed.lost).items():
@@ -33,18 +37,33 @@ def lost(view: View, placed: Placed) -> tuple[str, ...]:
     return tuple(said)
 
 
-def slid(view: View, placed: Placed) -> list[str]:
-    """Return a warning where nothing tells how far the camera moved along some direction."""
+def slid(view: Views, joint: _native.RawJoint, placed: Placed) -> list[str]:
+    """Return a warning where nothing tells how far the camera moved along some direction.
+
+    Neither where a frame was laid on those before, nor where all were solved for together.
+    """
+    found = [(number, way) for number, way in placed.slid if joint.slides[number]]
     named = "; ".join(
         f"{view.source.names[number]} along ({x:.2f}, {y:.2f}, {z:.2f})"
-        for number, (x, y, z) in placed.slid[:NAMED]
+        for number, (x, y, z) in found[:NAMED]
     )
-    more = f" and {len(placed.slid) - NAMED} more" if len(placed.slid) > NAMED else ""
+    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
     said = (
         f"nothing that is seen tells how far the camera moved, as over a bare floor: {named}{more}"
         ": it was taken as expected; something that stands out, or poses, are needed"
     )
-    return [said] if placed.slid else []
+    return [said] if found else []
+
+
+def far(view: Views, joint: _native.RawJoint) -> list[str]:
+    """Return a warning where depth whose unit was assumed is no distance of a camera's."""
+    low_m, high_m = CAMERA_M
+    is_known = view.source.is_clouds or view.source.step_m is not None
+    said = (
+        f"the frames show what is {joint.range_m:.3g} m away: depth_scale, metres in a unit of "
+        "depth, may be another"
+    )
+    return [] if is_known or low_m <= joint.range_m <= high_m else [said]
 
 
 def stood(frames: int, left_out: float) -> str:

@@ -37,8 +37,11 @@ class Registration:
     frames
         Frames that are in the scan.
     u_height_m
-        Standard uncertainty of heights above the floor that a whole pile has in common: from what
-        frames differ by where they overlap, and from the covariance of their poses.
+        Standard uncertainty of heights above the floor that a whole pile has in common: from the
+        covariance of the poses.
+    u_place_m, place_m
+        Standard uncertainty of heights that a place so wide has in common: from what frames differ
+        by where they overlap. A pile many places wide averages it.
     u_scale
         Relative standard uncertainty of volumes by the camera's offset.
     between_m
@@ -59,6 +62,8 @@ class Registration:
 
     frames: int
     u_height_m: float
+    u_place_m: float
+    place_m: float
     u_scale: float
     between_m: float
     offset_m: float

@@ -79,11 +79,14 @@ fn noise((at_metre_m, power, incidence): Coefficients) -> Noise {
 pub(crate) struct RawJoint {
     poses: Vec<Option<Pose>>,
     solved: Vec<bool>,
+    slides: Vec<bool>,
     offsets_m: Vec<f64>,
     offset_m: f64,
     u_offset_m: f64,
     between_m: f64,
     u_height_m: f64,
+    u_place_m: f64,
+    place_m: f64,
     uneven_m: f64,
     loops: usize,
     has_floor: bool,
@@ -162,12 +165,7 @@ impl RawTracker {
     }
 
     /// Where a frame lies that was placed, but not solved for.
-    fn settled(
-        &self,
-        py: Python<'_>,
-        number: usize,
-        patches: &RawPatches,
-    ) -> PyResult<Pose> {
+    fn settled(&self, py: Python<'_>, number: usize, patches: &RawPatches) -> PyResult<Pose> {
         let found = detached(py, || self.tracker.settled(number, &patches.patches))?;
         found.as_ref().map(pose).ok_or_else(|| DivespotError::new_err("the frame was left out"))
     }
@@ -194,11 +192,14 @@ impl RawTracker {
         Ok(RawJoint {
             poses: joint.poses.iter().map(|one| one.as_ref().map(pose)).collect(),
             solved: joint.solved,
+            slides: joint.slides,
             offsets_m: joint.offsets_m,
             offset_m: joint.offset_m,
             u_offset_m: joint.u_offset_m,
             between_m: joint.between_m,
             u_height_m: joint.u_height_m,
+            u_place_m: joint.u_place_m,
+            place_m: joint.place_m,
             uneven_m: joint.uneven_m,
             loops: joint.loops,
             has_floor: joint.has_floor,

@@ -1,14 +1,23 @@
 //! How well a joint solution of poses is known: from what frames differ by, and from its covariance.
 
-use nalgebra::DVector;
+use std::collections::HashSet;
+
+use nalgebra::{DVector, Matrix2, Vector2};
 
 use super::keyframe::Keyframe;
 use super::keys::{Cells, number};
 use super::links::{Link, Links};
+use super::normal_equations::WIDTH;
+use super::observations::LEVEL;
 use super::state::{ALIKE, OFFSET_M, State, middles};
 
-/// Places at which heights are asked for their uncertainty.
-const ASKED: usize = 48;
+/// Surfels whose heights are asked for their uncertainty, and fewest that rise above a floor.
+const ASKED: usize = 400;
+const FEWEST: usize = 20;
+/// A frame slides if its place along the floor is less well known than this part of the range.
+const SLIDING: f64 = 0.002;
+/// Steeper than any bulk material: 60°. Such a surfel says little of heights.
+const STEEP: f64 = 0.5;
 /// Frames that share so many surfels see the same.
 const SHARED: usize = 200;
 
@@ -37,32 +46,95 @@ impl State {
         Spread::of(sums.chunks(frames.len().max(1)).map(enough).filter(|own| own.len() > 1))
     }
 
-    /// Uncertainties of heights above the floor, and of the common offset.
+    /// Whether nothing that each frame shares with others fixes it along the floor; true of all where
+    /// there is no floor, or the poses were given.
+    ///
+    /// Only slopes tell; the noise of a floor's own normals looks like some.
+    pub(super) fn slides(&self, frames: usize, found: &Links) -> Vec<bool> {
+        let mut known = vec![Matrix2::<f64>::zeros(); frames];
+        for link in found.iter().filter(|l| l.sights.len() > 1 && l.surfel.normal.z < LEVEL) {
+            let along = link.surfel.normal.xy();
+            for sight in link.sights {
+                let weight = self.weight(sight) / self.excess;
+                known[sight.frame()] += along * along.transpose() * weight;
+            }
+        }
+        let most_m = SLIDING * self.range_m;
+        let is_fixed =
+            |own: &Matrix2<f64>| own.symmetric_eigenvalues().min() * most_m * most_m > 1.0;
+        let is_told = self.has_floor && !self.is_exact;
+        known.iter().map(|own| !(is_told && is_fixed(own))).collect()
+    }
+
+    /// Uncertainties of the mean height of what rises above the floor, over that of the floor around
+    /// it, and of the mean offset of all ranges.
     pub(super) fn by_covariance(&self, frames: &[Option<Keyframe>], found: &Links) -> (f64, f64) {
         let Some(solved) = &self.solved else { return (0.0, OFFSET_M) };
-        let middles = middles(frames);
-        let seen: Vec<Link<'_>> = found.iter().filter(|link| !link.sights.is_empty()).collect();
-        let every = seen.len().div_ceil(ASKED).max(1);
-        let (mut variances, mut rows) = (Vec::new(), Vec::new());
-        for link in seen.iter().step_by(every) {
-            self.rows(frames, &middles, *link, &mut rows);
-            let weight: f64 = rows.iter().map(|r| r.weight).sum();
-            let mut combination = DVector::zeros(solved.unknowns());
-            for r in &rows {
-                (0..r.len).for_each(|k| combination[r.first + k] += r.weight / weight * r.row[k]);
-            }
-            let at = link.surfel.at;
-            let floor = [1.0, at.x, at.y].map(|v| v * link.surfel.normal.z);
-            (0..3).for_each(|k| combination[self.unknowns - 3 + k] -= floor[k]);
-            variances.push(solved.variance(&combination));
+        let is_seen = |link: &Link<'_>| !link.sights.is_empty() && link.surfel.normal.z > STEEP;
+        let seen = found.iter().filter(is_seen);
+        let (floor, risen): (Vec<Link<'_>>, Vec<Link<'_>>) =
+            seen.partition(|link| self.is_level(*link));
+        let around = self.around(&risen, floor);
+        let middle = middle_of(&risen);
+        let mut above = self.mean_height(frames, &risen, &middle);
+        if around.len() >= FEWEST && risen.len() >= FEWEST {
+            above -= self.mean_height(frames, &around, &middle);
         }
-        let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
-        let mut common = DVector::zeros(solved.unknowns());
-        common[self.unknowns - 4] = 1.0;
-        let u_offset_m = solved.variance(&common).sqrt();
+        let mut offset = DVector::zeros(self.unknowns);
+        let places: Vec<usize> = self.places.iter().flatten().copied().collect();
+        places.iter().for_each(|at| offset[at + 6] = 1.0 / places.len() as f64);
+        let u_offset_m = solved.variance(&offset).sqrt();
         // Held, it is as unknown as it was.
-        (mean.sqrt(), if self.has_offset && u_offset_m < OFFSET_M { u_offset_m } else { OFFSET_M })
+        let is_known = self.has_offset && u_offset_m < OFFSET_M;
+        (solved.variance(&above).sqrt(), if is_known { u_offset_m } else { OFFSET_M })
     }
+
+    /// The surfels of the floor in places beside those of others.
+    fn around<'a>(&self, risen: &[Link<'_>], mut floor: Vec<Link<'a>>) -> Vec<Link<'a>> {
+        let wide_m = ALIKE * self.range_m;
+        let place = |link: &Link<'_>| {
+            [link.surfel.at.x, link.surfel.at.y].map(|v| (v / wide_m).floor() as i64)
+        };
+        let taken: HashSet<[i64; 2]> = risen.iter().map(place).collect();
+        floor.retain(|link| {
+            let [x, y] = place(link);
+            (0..9).any(|k| taken.contains(&[x + k % 3 - 1, y + k / 3 - 1]))
+        });
+        floor
+    }
+
+    /// How the height in the middle of surfels, of a plane through them, follows from the unknowns.
+    fn mean_height(
+        &self,
+        frames: &[Option<Keyframe>],
+        links: &[Link<'_>],
+        middle: &Vector2<f64>,
+    ) -> DVector<f64> {
+        let (middles, mut rows) = (middles(frames), Vec::new());
+        let mut sum = DVector::zeros(self.unknowns);
+        let asked: Vec<Link<'_>> =
+            links.iter().copied().step_by(links.len().div_ceil(ASKED).max(1)).collect();
+        let (own, count) = (middle_of(&asked), asked.len() as f64);
+        let off = |link: &Link<'_>| link.surfel.at.xy() - own;
+        let square: Matrix2<f64> = asked.iter().map(|l| off(l) * off(l).transpose()).sum();
+        let lean = square.try_inverse().map_or_else(Vector2::zeros, |by| by * (middle - own));
+        for link in &asked {
+            self.rows(frames, &middles, *link, &mut rows);
+            rows.retain(|row| row.len == WIDTH);
+            let weight: f64 = rows.iter().map(|r| r.weight).sum();
+            let share = (1.0 / count + lean.dot(&off(link))) / link.surfel.normal.z / weight;
+            for r in &rows {
+                (0..r.len).for_each(|k| sum[r.first + k] += share * r.weight * r.row[k]);
+            }
+        }
+        sum
+    }
+}
+
+/// The middle of surfels in plan.
+fn middle_of(links: &[Link<'_>]) -> Vector2<f64> {
+    let sum: Vector2<f64> = links.iter().map(|link| link.surfel.at.xy()).sum();
+    sum / links.len().max(1) as f64
 }
 
 /// What frames differ by.

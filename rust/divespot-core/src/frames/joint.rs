@@ -17,7 +17,7 @@ use super::model::Index;
 use super::motion::Motion;
 use super::noise::{Noise, NoiseTable};
 use super::normal_equations::NormalEquations;
-use super::state::{OFFSET_M, State, middles};
+use super::state::{ALIKE, OFFSET_M, State, middles};
 use super::track::{Settled, Tracker, floor};
 
 /// The poses of all frames, and how well they are known.
@@ -27,16 +27,22 @@ pub struct Joint {
     pub poses: Vec<Option<Motion>>,
     /// Whether each was solved for; the others are to be laid between them (`Tracker::settled`).
     pub solved: Vec<bool>,
+    /// Whether nothing that a frame shares with others fixes it along the floor.
+    pub slides: Vec<bool>,
     /// What is added to the ranges of each frame.
     pub offsets_m: Vec<f64>,
-    /// What all frames have in common of it, and its standard uncertainty.
+    /// What all frames have in common of it.
     pub offset_m: f64,
-    /// Standard uncertainty of `offset_m`.
+    /// Standard uncertainty of the mean of `offsets_m`.
     pub u_offset_m: f64,
     /// Standard deviation of the frames about their mean, over places a few cubes wide.
     pub between_m: f64,
-    /// Standard uncertainty of a height above the floor that is common to such a place.
+    /// Standard uncertainty of a mean height above the floor, by the poses.
     pub u_height_m: f64,
+    /// Standard uncertainty of heights by what frames differ by, common to a place.
+    pub u_place_m: f64,
+    /// Width of a place.
+    pub place_m: f64,
     /// Root mean square departure of the floor from its plane.
     pub uneven_m: f64,
     /// Pairs of frames that are not neighbours in time, and see the same.
@@ -45,8 +51,9 @@ pub struct Joint {
     pub has_floor: bool,
 }
 
-/// Steps of each round; after each, what the frames leave tells how far they may be believed.
-const STEPS: [usize; 3] = [2, 1, 1];
+/// Fewest and most rounds, of one step but the first; after each, what the frames leave tells how
+/// far they may be believed.
+const ROUNDS: (usize, usize) = (3, 12);
 /// Surfels are linked anew if a frame moved by more than this part of a cube since.
 const MOVED: f64 = 0.1;
 /// Points in which the floor is looked for, about.
@@ -86,14 +93,18 @@ impl Tracker {
 
     fn rounds(&mut self, state: &mut State, noise: &NoiseTable) -> Links {
         let mut found = Links::default();
-        for (round, steps) in STEPS.into_iter().enumerate() {
+        for round in 0..ROUNDS.1 {
             if let Some(by) = state.level(self.frames_mut()) {
                 found.turn(&by);
             }
+            let has_moved = state.moved_m > MOVED * state.cube_m;
             // The first links are wide: the second are of what lies near.
-            if round < 2 || state.moved_m > MOVED * state.cube_m {
+            if round < 2 || has_moved {
                 found = state.links(self.frames(), noise);
+            } else if round >= ROUNDS.0 {
+                break;
             }
+            let steps = if round == 0 { 2 } else { 1 };
             (0..steps).for_each(|_| state.step(self.frames_mut(), &found));
             state.learn(self.frames(), &found);
             state.is_settled = true;
@@ -223,7 +234,7 @@ impl State {
 
     fn joint(mut self, frames: &[Option<Keyframe>], found: &Links) -> Joint {
         let spread = self.spread(frames, found);
-        let (u_model_m, u_offset_m) = self.by_covariance(frames, found);
+        let (u_height_m, u_offset_m) = self.by_covariance(frames, found);
         for (i, kept) in frames.iter().enumerate() {
             if kept.is_none() || self.places[i].is_none() {
                 self.offsets_m[i] = self.offset_m;
@@ -231,12 +242,15 @@ impl State {
         }
         Joint {
             poses: frames.iter().map(|kept| kept.as_ref().map(|kept| kept.pose)).collect(),
+            slides: self.slides(frames.len(), found),
             solved: self.places.iter().map(Option::is_some).collect(),
             offsets_m: self.offsets_m,
             offset_m: self.offset_m,
             u_offset_m,
             between_m: spread.between_m,
-            u_height_m: (spread.of_mean_m * spread.of_mean_m + u_model_m * u_model_m).sqrt(),
+            u_height_m,
+            u_place_m: spread.of_mean_m,
+            place_m: ALIKE * self.range_m,
             uneven_m: self.uneven_m,
             loops: loops(frames.len(), found),
             has_floor: self.has_floor,

@@ -11,7 +11,7 @@ use super::links::{Link, Links, Sight};
 use super::state::{ALIKE, State};
 
 /// No floor is more even.
-const EVEN_M: f64 = 3e-4;
+const EVEN_M: f64 = 1e-4;
 
 impl State {
     /// Takes the noise that the pixels' own does not explain, and the unevenness of the floor.

@@ -90,10 +90,6 @@ impl Solved {
     pub(crate) fn variance(&self, combination: &DVector<f64>) -> f64 {
         combination.dot(&self.factor.solve(combination))
     }
-
-    pub(crate) fn unknowns(&self) -> usize {
-        self.x.len()
-    }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::state::{ALIKE, State};
 const HUBER: f64 = 3.0;
 /// The floor is within this part of the range of its plane, and so many degrees (cosine) of it.
 const FLOOR: f64 = 0.015;
-const LEVEL: f64 = 0.985;
+pub(super) const LEVEL: f64 = 0.985;
 
 impl State {
     /// What is known of the height of a surfel, along its normal, instead of what `rows` held.
@@ -67,12 +67,14 @@ impl State {
     }
 
     pub(super) fn is_floor(&self, link: Link<'_>) -> bool {
+        self.has_floor && !self.is_exact && self.is_level(link)
+    }
+
+    /// Whether a surfel is level, and near the floor's plane.
+    pub(super) fn is_level(&self, link: Link<'_>) -> bool {
         let surfel = link.surfel;
         let height_m = surfel.at.z - self.plane.dot(&Vector3::new(1.0, surfel.at.x, surfel.at.y));
-        self.has_floor
-            && !self.is_exact
-            && height_m.abs() < FLOOR * self.range_m
-            && surfel.normal.z > LEVEL
+        height_m.abs() < FLOOR * self.range_m && surfel.normal.z > LEVEL
     }
 }
 

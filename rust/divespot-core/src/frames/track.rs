@@ -194,20 +194,23 @@ impl Tracker {
     /// The best of what comes of the places where the frame may lie.
     fn best(&self, index: &Index, patches: &[Patch], given: Option<Motion>) -> Fit {
         let laid = |start: Motion, rough| lay(index, patches, start, rough, self.threads);
-        let expected = given.unwrap_or_else(|| self.expected());
-        let mut best = laid(expected, true);
-        if best.lying > SURELY && self.is_steady() {
+        let mut best = laid(given.unwrap_or_else(|| self.expected()), true);
+        if given.is_none() && best.lying > SURELY && self.is_steady() {
             return best;
         }
+        // Poses that were given may be another sequence's.
+        let expected = given.map(|_| laid(self.expected(), true));
         // Somebody in the view draws a rough search along, but not one that is near already.
-        for fit in self.last().into_iter().map(|start| laid(start, false)) {
-            if given.is_none() && is_better(&fit, &best) {
+        let last = self.last().map(|start| laid(start, false));
+        for fit in expected.into_iter().chain(last) {
+            if is_better(&fit, &best) {
                 best = fit;
             }
         }
-        if given.is_some() || (best.lying > WELL && self.is_steady()) {
+        if best.lying > WELL && (given.is_some() || self.is_steady()) {
             return best;
         }
+        let expected = best.pose;
         let range_m = typical_range_m(patches);
         let found = leveled(patches, range_m, self.threads)
             .and_then(|level| search(&index.surfels, patches, &level, &expected, range_m));
