@@ -200,12 +200,13 @@ def test_a_missing_library_is_named(
         Frames.of(tmp_path / name)
 
 
-def test_sequences_of_clouds_are_refused(tmp_path: Path) -> None:
-    for name in ("1.ply", "2.ply"):
+def test_a_sequence_of_clouds_is_of_clouds_alone(tmp_path: Path) -> None:
+    for name in ("1.ply", "2.ply", "3.png"):
         (tmp_path / name).write_bytes(b"ply\n")
-    for source in (tmp_path, [tmp_path / "1.ply", tmp_path / "2.ply"]):
-        with pytest.raises(DivespotError, match=r"1\.ply: is a cloud, and sequences of clouds are"):
-            Frames.of(source)
+    assert Frames.of([tmp_path / "1.ply", tmp_path / "2.ply"]).is_clouds
+    for files in (["1.ply", "3.png"], ["3.png", "1.ply"]):
+        with pytest.raises(DivespotError, match=r"is a cloud|a frame is one of"):
+            Frames.of([tmp_path / name for name in files])
 
 
 @pytest.fixture(scope="module")

@@ -33,6 +33,7 @@ const SHARES: usize = 8;
 /// ```
 pub struct Fusion {
     voxel_m: f64,
+    per_m: f64,
     noise: NoiseTable,
     reference_m: f64,
     shares: [Voxels; SHARES],
@@ -62,7 +63,7 @@ impl Fusion {
         positive("voxel_m", voxel_m)?;
         let reference_m = noise.sigma_m(range_m, 1.0);
         let (noise, shares) = (NoiseTable::new(noise), std::array::from_fn(|_| Voxels::default()));
-        Ok(Self { voxel_m, noise, reference_m, shares, frames: 0 })
+        Ok(Self { voxel_m, per_m: 1.0 / voxel_m, noise, reference_m, shares, frames: 0 })
     }
 
     /// The noise by which pixels weigh.
@@ -107,7 +108,7 @@ impl Fusion {
 
     #[inline]
     fn item(&self, at: Point, range_m: f32) -> Option<Item> {
-        let steps = at.map(|v| v / self.voxel_m);
+        let steps = at.map(|v| v * self.per_m);
         let cell = steps.map(below);
         let (brick, voxel) = Item::home(cell)?;
         let ratio = self.reference_m / self.noise.straight_m(range_m);

@@ -54,6 +54,8 @@ pub struct Joint {
 /// Fewest and most rounds, of one step but the first; after each, what the frames leave tells how
 /// far they may be believed.
 const ROUNDS: (usize, usize) = (3, 12);
+/// Of so many surfels one is looked at in the first round, which later ones correct.
+const FIRST: usize = 4;
 /// Surfels are linked anew if a frame moved by more than this part of a cube since.
 const MOVED: f64 = 0.1;
 /// Points in which the floor is looked for, about.
@@ -105,11 +107,12 @@ impl Tracker {
                 break;
             }
             let steps = if round == 0 { 2 } else { 1 };
-            (0..steps).for_each(|_| state.step(self.frames_mut(), &found));
+            let every = if round == 0 { FIRST } else { 1 };
+            (0..steps).for_each(|_| state.step(self.frames_mut(), &found, every));
             state.learn(self.frames(), &found);
             state.is_settled = true;
         }
-        state.step(self.frames_mut(), &found);
+        state.step(self.frames_mut(), &found, 1);
         found
     }
 
@@ -166,9 +169,10 @@ impl State {
         Some(by)
     }
 
-    fn step(&mut self, frames: &mut [Option<Keyframe>], found: &Links) {
+    /// Moves the frames by what every so many surfels say.
+    fn step(&mut self, frames: &mut [Option<Keyframe>], found: &Links, every: usize) {
         let middles = middles(frames);
-        let mut system = self.observed(frames, &middles, found);
+        let mut system = self.observed(frames, &middles, found, every);
         self.expect(&mut system);
         let Some(solved) = system.solved() else { return };
         let mut farthest_m = 0.0_f64;
@@ -187,18 +191,19 @@ impl State {
         self.moved_m += farthest_m;
     }
 
-    /// What all surfels say, summed up in parts: in the same order at any number of threads.
+    /// What surfels say, summed up in parts: in the same order at any number of threads.
     fn observed(
         &self,
         frames: &[Option<Keyframe>],
         middles: &[Vector3<f64>],
         found: &Links,
+        every: usize,
     ) -> NormalEquations {
         let chunk = found.len().div_ceil(PARTS).max(1);
         let parts = map_chunks(found.len(), chunk, self.threads, |numbers| {
             let mut system = NormalEquations::new(self.unknowns);
             let mut rows = Vec::new();
-            for number in numbers {
+            for number in numbers.step_by(every) {
                 self.rows(frames, middles, found.get(number), &mut rows);
                 if rows.len() > 1 {
                     system.add_surfel(&rows);
