@@ -13,14 +13,15 @@ LAYERS = {
     "checks": "_arguments output",
     "files": "io",
     "settings": "_options _typed stages settings mass",
-    "kernels": "clustering grid kernels plane spacing",
+    "kernels": "accumulator clustering grid kernels plane spacing",
     "depth frames": "frames",
-    "stages": "sensor intake lengths thinning clusters filters up pose gaps frame strays surface "
-    "ground_level earlier bases detection place_maps judgement objects holes differences "
+    "stages": "sensor intake lengths thinning clusters filters up pose gaps "
+    "frame strays surface ground_level earlier bases detection place_maps judgement objects holes "
+    "differences "
     "outline_checks outline_place outline_features outline_file projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
-    "method": "overview repeated pipeline comparing divespot",
+    "method": "overview repeated pipeline comparing scale divespot",
     "scenes": "simulate",
     "errors of known scans": "evaluate",
     "the paper's tables": "reproduce",

@@ -12,6 +12,7 @@ mod error;
 mod extent;
 mod film;
 mod fixed;
+mod hashing;
 mod hypotenuse;
 mod material;
 mod moments;
@@ -25,6 +26,7 @@ mod robust;
 mod slopes;
 mod terrain;
 
+pub mod accumulator;
 pub mod cancel;
 pub mod cloud;
 pub mod frames;

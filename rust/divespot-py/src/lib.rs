@@ -1,5 +1,6 @@
 //! The Python face of divespot-core: borrow, check, detach, call, convert.
 
+mod accumulator;
 mod array;
 mod bases;
 mod e57;
@@ -23,6 +24,8 @@ mod voxel;
 /// The compiled kernels of divespot.
 #[pyo3::pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::accumulator::RawAccumulator;
     #[pymodule_export]
     use crate::bases::{RawBase, plane_base, surface_base};
     #[pymodule_export]

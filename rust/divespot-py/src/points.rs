@@ -154,6 +154,17 @@ pub(crate) fn cloud(points: &Bound<'_, PyAny>, threads: usize) -> PyResult<(Clou
     cloud_for(points, threads, need::COPY)
 }
 
+/// All rows of an `(n, 3)` array, copied while attached.
+pub(crate) fn taken(points: &Bound<'_, PyAny>) -> PyResult<Vec<Point>> {
+    reserve(points, size_of::<Point>())?;
+    let (taken, _) = copied!(points, 1, every_row).ok_or_else(|| wrong_array(points))?;
+    Ok(taken)
+}
+
+fn every_row(count: usize, _threads: usize, row: impl Fn(usize) -> Point) -> Vec<Point> {
+    (0..count).map(row).collect()
+}
+
 /// A place as a tuple.
 type Place = (f64, f64, f64);
 

@@ -1,0 +1,123 @@
+//! An accumulator as bytes, to send and to keep: the same voxels give the same bytes.
+//!
+//! Little endian. A header of 80 bytes: `dvspacc` and a version; origin and edge as f64; level and
+//! tiles as u32; most, not finite, zero and voxels as u64. For each tile, by place: x, y, z and how
+//! many voxels, as u32. For each of these: its number and the bounds of its heights as u16, its
+//! points as u32, their sums as u64.
+
+use crate::{Error, Result};
+
+use super::accumulate::{Accumulator, HIGHEST};
+use super::lattice::Lattice;
+use super::sums::Sums;
+use super::tiles::{At, Tiles};
+
+const MAGIC: [u8; 8] = *b"dvspacc\x01";
+const HEADER_BYTES: usize = 80;
+const VOXEL_BYTES: usize = 34;
+const TILE_BYTES: usize = 16;
+/// Voxels of a tile.
+const TILE_VOXELS: u16 = 512;
+
+impl Accumulator {
+    /// As bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let tiles = self.tiles.sorted();
+        let size = HEADER_BYTES + TILE_BYTES * tiles.len() + VOXEL_BYTES * self.tiles.occupied;
+        let mut bytes = Vec::with_capacity(size);
+        bytes.extend(MAGIC);
+        for number in self.lattice.origin.into_iter().chain([self.lattice.edge_m]) {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend(self.level.to_le_bytes());
+        bytes.extend((tiles.len() as u32).to_le_bytes());
+        let counts = [self.most as u64, self.dropped[0], self.dropped[1]];
+        counts.into_iter().for_each(|count| bytes.extend(count.to_le_bytes()));
+        bytes.extend((self.tiles.occupied as u64).to_le_bytes());
+        for tile in tiles {
+            tile.at.0.into_iter().for_each(|at| bytes.extend(at.to_le_bytes()));
+            bytes.extend((tile.len() as u32).to_le_bytes());
+            for (number, sums) in tile.voxels() {
+                [number, sums.low, sums.high]
+                    .into_iter()
+                    .for_each(|v| bytes.extend(v.to_le_bytes()));
+                bytes.extend(sums.count.to_le_bytes());
+                sums.xyz.into_iter().for_each(|sum| bytes.extend(sum.to_le_bytes()));
+            }
+        }
+        bytes
+    }
+
+    /// What was made into bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Corrupt`] for bytes that none was made into; nothing is allocated for what they
+    /// promise and do not hold.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let mut rest = bytes;
+        if take::<8>(&mut rest)? != MAGIC {
+            return Err(Error::Corrupt("are no accumulator of this version"));
+        }
+        let mut float = || take(&mut rest).map(f64::from_le_bytes);
+        let (origin, edge_m) = ([float()?, float()?, float()?], float()?);
+        let lattice = Lattice::new(origin, edge_m).map_err(|_| OFF)?;
+        let level = take(&mut rest).map(u32::from_le_bytes)?;
+        let tiles = take(&mut rest).map(u32::from_le_bytes)? as usize;
+        let mut count = || take(&mut rest).map(u64::from_le_bytes);
+        let (most, dropped, occupied) =
+            (count()? as usize, [count()?, count()?], count()? as usize);
+        let promised = occupied.checked_mul(VOXEL_BYTES);
+        let promised = promised.and_then(|size| size.checked_add(tiles * TILE_BYTES));
+        if promised != Some(rest.len()) || level > HIGHEST || occupied > most || most == 0 {
+            return Err(OFF);
+        }
+        let tiles = read_tiles(&mut rest, tiles, level)?;
+        if tiles.occupied != occupied {
+            return Err(OFF);
+        }
+        Ok(Self { lattice, level, most, tiles, dropped })
+    }
+}
+
+const OFF: Error = Error::Corrupt("do not hold what their header promises");
+
+fn read_tiles(rest: &mut &[u8], count: usize, level: u32) -> Result<Tiles> {
+    let mut tiles = Tiles::default();
+    let mut before: Option<At> = None;
+    for _ in 0..count {
+        let mut whole = || take(rest).map(u32::from_le_bytes);
+        let (at, voxels) = (At([whole()?, whole()?, whole()?]), whole()?);
+        if before.is_some_and(|before| before >= at) || voxels == 0 {
+            return Err(OFF);
+        }
+        before = Some(at);
+        read_voxels(rest, voxels, at, level, &mut tiles)?;
+    }
+    Ok(tiles)
+}
+
+fn read_voxels(rest: &mut &[u8], count: u32, at: At, level: u32, tiles: &mut Tiles) -> Result<()> {
+    let mut next = 0;
+    for _ in 0..count {
+        let mut short = || take(rest).map(u16::from_le_bytes);
+        let (number, low, high) = (short()?, short()?, short()?);
+        let count = take(rest).map(u32::from_le_bytes)?;
+        let mut long = || take(rest).map(u64::from_le_bytes);
+        let sums = Sums { xyz: [long()?, long()?, long()?], count, low, high };
+        if !(next..TILE_VOXELS).contains(&number) || !sums.is_possible(level) {
+            return Err(OFF);
+        }
+        next = number + 1;
+        *tiles.sums(at.voxel(number)) = sums;
+    }
+    Ok(())
+}
+
+/// The next bytes.
+fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N]> {
+    let (taken, after) = rest.split_first_chunk::<N>().ok_or(OFF)?;
+    *rest = after;
+    Ok(*taken)
+}

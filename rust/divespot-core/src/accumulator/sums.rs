@@ -1,0 +1,58 @@
+//! What the points of one voxel add up to.
+
+use crate::{Error, Result};
+
+/// A coordinate has so many bits below a voxel's edge at level 0, where voxels are smallest.
+pub(super) const BITS: u32 = 16;
+
+const FULL: Error =
+    Error::Degenerate("a voxel would hold 2³² points or more: a smaller voxel_m is needed");
+
+/// Places in the voxel, in parts of an edge at level 0, added up; how many, and the bounds of their
+/// heights in 65,536th parts of the voxel's own edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Sums {
+    pub(super) xyz: [u64; 3],
+    pub(super) count: u32,
+    pub(super) low: u16,
+    pub(super) high: u16,
+}
+
+pub(super) const NOTHING: Sums = Sums { xyz: [0; 3], count: 0, low: u16::MAX, high: 0 };
+
+impl Sums {
+    /// Adds a place in a voxel of `level`.
+    #[inline]
+    pub(super) fn add(&mut self, inside: [u64; 3], level: u32) -> Result<()> {
+        let height = (inside[2] >> level) as u16;
+        (0..3).for_each(|k| self.xyz[k] += inside[k]);
+        (self.low, self.high) = (self.low.min(height), self.high.max(height));
+        self.count = self.count.checked_add(1).ok_or(FULL)?;
+        Ok(())
+    }
+
+    pub(super) fn merge(&mut self, other: &Self) -> Result<()> {
+        (0..3).for_each(|k| self.xyz[k] += other.xyz[k]);
+        (self.low, self.high) = (self.low.min(other.low), self.high.max(other.high));
+        self.count = self.count.checked_add(other.count).ok_or(FULL)?;
+        Ok(())
+    }
+
+    /// The same, of a voxel at `level` that is the part at `corner` of one `up` levels higher.
+    pub(super) fn raised(self, corner: [u64; 3], level: u32, up: u32) -> Self {
+        let count = u64::from(self.count);
+        let bound = |v: u16| (((corner[2] << BITS) + u64::from(v)) >> up) as u16;
+        Self {
+            xyz: std::array::from_fn(|k| self.xyz[k] + count * (corner[k] << (BITS + level))),
+            count: self.count,
+            low: bound(self.low),
+            high: bound(self.high),
+        }
+    }
+
+    /// Whether so many points of a voxel at `level` can add up to this.
+    pub(super) fn is_possible(&self, level: u32) -> bool {
+        let most = u64::from(self.count) * ((1_u64 << (BITS + level)) - 1);
+        self.count > 0 && self.low <= self.high && self.xyz.iter().all(|&sum| sum <= most)
+    }
+}

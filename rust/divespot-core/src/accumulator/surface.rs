@@ -1,0 +1,49 @@
+//! One point where a surface runs through two voxels of a column.
+
+use crate::cancel::Polled;
+
+use super::accumulate::{Accumulator, Held, Mean};
+use super::sums::BITS;
+use super::tiles::Tile;
+
+/// Two voxels of a column whose means are nearer than this part of an edge hold one surface: on a
+/// wall, means of neighbours are an edge apart.
+const ONE: f64 = 0.7;
+
+impl Accumulator {
+    /// As [`Accumulator::held`], but a surface that a face between voxels parts is put together: the
+    /// mean of each half would lie off it, by the noise.
+    #[must_use]
+    pub fn surfaces(&self) -> Held {
+        let mut held = Held::default();
+        let near = ONE * f64::from(BITS + self.level).exp2();
+        let plan = |tile: &&Tile| [tile.at.0[0], tile.at.0[1]];
+        for tiles in self.tiles.sorted().chunk_by(|a, b| plan(a) == plan(b)).polled() {
+            let mut voxels: Vec<_> = tiles.iter().flat_map(|tile| self.means(tile)).collect();
+            voxels.sort_unstable_by_key(|(voxel, _)| *voxel);
+            let mut before: Option<([u64; 3], Mean)> = None;
+            for (voxel, mean) in voxels {
+                let joined = before.filter(|(below, one)| {
+                    is_above(voxel, *below) && mean.at[2] - one.at[2] < near
+                });
+                if let (None, Some((_, one))) = (joined, before) {
+                    held.push(&self.lattice, one);
+                }
+                before = Some((voxel, joined.map_or(mean, |(_, one)| one.with(&mean))));
+            }
+            before.into_iter().for_each(|(_, one)| held.push(&self.lattice, one));
+        }
+        held
+    }
+
+    fn means(&self, tile: &Tile) -> impl Iterator<Item = ([u64; 3], Mean)> {
+        tile.voxels().map(|(number, sums)| {
+            let voxel = tile.voxel(number);
+            (voxel, Mean::of(voxel, sums, self.level))
+        })
+    }
+}
+
+fn is_above(voxel: [u64; 3], below: [u64; 3]) -> bool {
+    voxel == [below[0], below[1], below[2] + 1]
+}

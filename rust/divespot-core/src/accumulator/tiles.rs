@@ -1,0 +1,116 @@
+//! Voxels in tiles: memory goes with the voxels that hold something.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hash, Hasher};
+
+use crate::hashing::Mixed;
+
+use super::sums::{NOTHING, Sums};
+
+/// A tile is a cube of 2³ voxels an edge.
+const EDGE_BITS: u32 = 3;
+const VOXELS: usize = 1 << (3 * EDGE_BITS);
+/// No sums yet.
+const NONE: u16 = u16::MAX;
+
+/// Where a tile lies among all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct At(pub(super) [u32; 3]);
+
+impl At {
+    /// Where a voxel of the tile there lies among all voxels.
+    pub(super) fn voxel(self, number: u16) -> [u64; 3] {
+        let axis = |k: u32| u64::from(number) >> (k * EDGE_BITS) & ((1 << EDGE_BITS) - 1);
+        let [x, y, z] = self.0.map(|at| u64::from(at) << EDGE_BITS);
+        [x + axis(0), y + axis(1), z + axis(2)]
+    }
+}
+
+impl Hash for At {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let [x, y, z] = self.0.map(u64::from);
+        state.write_u64(x << 32 | y);
+        state.write_u64(z);
+    }
+}
+
+/// The voxels of a tile, by a number of 9 bits: z, y, x.
+#[derive(Debug, Clone)]
+pub(super) struct Tile {
+    pub(super) at: At,
+    index: Box<[u16; VOXELS]>,
+    sums: Vec<Sums>,
+}
+
+impl Tile {
+    /// The sums of each voxel that holds something, in the order of their numbers.
+    pub(super) fn voxels(&self) -> impl Iterator<Item = (u16, &Sums)> {
+        let held = self.index.iter().zip(0..).filter(|(row, _)| **row != NONE);
+        held.map(|(&row, voxel)| (voxel, &self.sums[row as usize]))
+    }
+
+    /// How many voxels hold something.
+    pub(super) fn len(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// Where a voxel of the tile lies among all voxels.
+    pub(super) fn voxel(&self, number: u16) -> [u64; 3] {
+        self.at.voxel(number)
+    }
+}
+
+/// All tiles that hold something.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Tiles {
+    rows: HashMap<At, u32, BuildHasherDefault<Mixed>>,
+    tiles: Vec<Tile>,
+    last: Option<(At, usize)>,
+    pub(super) occupied: usize,
+}
+
+impl Tiles {
+    /// The sums of a voxel; nothing yet of one that held nothing.
+    #[inline]
+    pub(super) fn sums(&mut self, voxel: [u64; 3]) -> &mut Sums {
+        let at = At(voxel.map(|v| (v >> EDGE_BITS) as u32));
+        let inside = voxel.map(|v| (v & ((1 << EDGE_BITS) - 1)) as usize);
+        let number = (inside[2] << EDGE_BITS | inside[1]) << EDGE_BITS | inside[0];
+        let row = match self.last {
+            Some((last, row)) if last == at => row,
+            _ => self.row(at),
+        };
+        let tile = &mut self.tiles[row];
+        if tile.index[number] == NONE {
+            tile.index[number] = tile.sums.len() as u16;
+            tile.sums.push(NOTHING);
+            self.occupied += 1;
+        }
+        &mut tile.sums[tile.index[number] as usize]
+    }
+
+    fn row(&mut self, at: At) -> usize {
+        let tiles = &mut self.tiles;
+        let row = *self.rows.entry(at).or_insert_with(|| {
+            tiles.push(Tile { at, index: Box::new([NONE; VOXELS]), sums: Vec::new() });
+            (tiles.len() - 1) as u32
+        }) as usize;
+        self.last = Some((at, row));
+        row
+    }
+
+    /// The tiles in the order of their places: x, y, z.
+    pub(super) fn sorted(&self) -> Vec<&Tile> {
+        let mut sorted: Vec<&Tile> = self.tiles.iter().collect();
+        sorted.sort_unstable_by_key(|tile| tile.at);
+        sorted
+    }
+
+    pub(super) fn into_tiles(self) -> Vec<Tile> {
+        self.tiles
+    }
+
+    pub(super) fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+}
