@@ -15,7 +15,7 @@ LAYERS = {
     "settings": "_options _typed stages settings mass",
     "kernels": "accumulator clustering grid kernels plane spacing",
     "depth frames": "frames",
-    "stages": "sensor intake lengths thinning clusters filters up pose gaps "
+    "stages": "sensor one_pass streaming intake lengths thinning clusters filters up pose gaps "
     "frame strays surface ground_level earlier bases detection place_maps judgement objects holes "
     "differences "
     "outline_checks outline_place outline_features outline_file projection rounding",

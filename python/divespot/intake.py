@@ -18,6 +18,7 @@ from divespot.io.systems import require_system
 from divespot.projection import scale_of
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
+from divespot.streaming import is_too_large, streamed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -104,6 +105,7 @@ class Cloud:
     before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
     the standard uncertainty step / sqrt(12). `scale` are metres of the scan's x and y to a metre
     of the cloud's. `registration` says how well frames fit that it was fused from.
+    What `is_cropped` was cropped while it was read.
     """
 
     points: NDArray[np.float64]
@@ -115,6 +117,7 @@ class Cloud:
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     scale: float = 1.0
     registration: Registration | None = None
+    is_cropped: bool = False
 
     def copied(self) -> Cloud:
         """Return a cloud with a copy of the points, for what uses them up."""
@@ -156,6 +159,8 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
     unstated = f"the scan does not state its unit: {scan.unit} was assumed"
     warnings = scan.warnings if scan.unit_stated else (*scan.warnings, unstated)
     counts = (len(scan.points), nonfinite, zero)
+    if scan.streamed is not None:
+        counts = (scan.streamed.points, scan.streamed.nonfinite, scan.streamed.zero)
     place = sensor_place(scan, points, origin, settings)
     factor, told = scale_of(scan, np.array(origin) + 0.5 * np.array(extent_m))
     scale = factor if factor is not None and told else 1.0
@@ -171,6 +176,7 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
         scan.quantum_m,
         scale,
         scan.registration,
+        is_cropped=scan.streamed is not None,
     )
 
 
@@ -190,6 +196,8 @@ def _scan(source: Scannable, settings: Settings) -> Scan:
     if isinstance(source, Scan):
         return source
     if isinstance(source, str | os.PathLike) or are_paths(source):
+        if is_too_large(source, settings):
+            return streamed(source, settings)
         crop = settings.crop
         return read(
             source,
@@ -243,7 +251,7 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
         Too few points lie inside.
 
     """
-    if settings.crop is None:
+    if settings.crop is None or cloud.is_cropped:
         return cloud
     corners = np.array(settings.crop).reshape(2, 3) * UNITS[cloud.source.unit] - cloud.origin_m
     corners[:, :2] /= cloud.scale

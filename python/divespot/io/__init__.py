@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import warnings as python_warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ from divespot.io.las_sample import begins_as_las, sample_las
 from divespot.io.merge import are_paths, merged
 from divespot.io.packed import unpacked
 from divespot.io.scan import FloatArray, RawCloud, Scan
+from divespot.io.steps import steps
 from divespot.io.units import DEGREES, STRETCHED, UNITS, accepted_units, metres_per
 from divespot.io.wanted import Wanted
 from divespot.io.web import is_url, read_url
@@ -135,6 +137,13 @@ def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
     return _named(_place_of(path), unit, Wanted(some=True))
 
 
+def stretches(
+    path: str | os.PathLike[str], count: int, *, unit: str = "auto", crs: str | None = None
+) -> Scan:
+    """Read so many stretches of a LAS or LAZ file, with points of whatever class."""
+    return _named(_place_of(path), unit, Wanted(crs=crs, some=True, stretches=count))
+
+
 def _read(file: Path | str, unit: str, wanted: Wanted) -> Scan:
     # What a library has to say about a file belongs to the scan, not to the process.
     with python_warnings.catch_warnings(record=True) as caught:
@@ -146,7 +155,7 @@ def _read(file: Path | str, unit: str, wanted: Wanted) -> Scan:
     raw = with_system(raw, wanted.crs)
     unit_used, vertical, unit_warnings = _units(raw, unit)
     stated = unit != "auto" or raw.unit is not None
-    seen = _judged(raw, unit_used, stated=stated)
+    seen = _judged(raw, unit_used, wanted, stated=stated)
     factors = np.array([metres_per(unit_used)] * 2 + [metres_per(vertical)])
     return Scan(
         points=_scaled(seen.xyz, factors),
@@ -167,12 +176,15 @@ def _read(file: Path | str, unit: str, wanted: Wanted) -> Scan:
         raster=raw.raster,
         quantum_m=_triple(seen.quantum * factors),
         format=name,
-        whole=raw.whole,
+        whole=raw.whole and replace(raw.whole, metres=_triple(factors)),
     )
 
 
-def _judged(raw: RawCloud, unit: str, *, stated: bool) -> Judged:
-    """Look at a file's numbers; of some lines of points, the steps mean nothing."""
+def _judged(raw: RawCloud, unit: str, wanted: Wanted, *, stated: bool) -> Judged:
+    """Look at a file's numbers; of some lines of points, steps of x and y mean nothing."""
+    if wanted.stretches is not None:
+        heights = steps(raw.xyz, unit)[0] * (0.0, 0.0, 1.0)
+        return Judged(raw.xyz, heights, () if stated else doubts_of(raw.xyz))
     if raw.whole is None or raw.whole.points == len(raw.xyz):
         return judged(raw.xyz, unit, stated=stated)
     return Judged(raw.xyz, np.zeros(3), () if stated else doubts_of(raw.xyz))

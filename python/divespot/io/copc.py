@@ -84,15 +84,26 @@ class Query:
 
 def _chunks(stream: Any, header: laspy.LasHeader) -> set[tuple[int, int, int]]:  # noqa: ANN401 - as above
     """Return where each chunk begins, its bytes and its points, as its checked table has them."""
+    return set(chunk_table(stream, header))
+
+
+def chunk_table(
+    stream: Any,  # noqa: ANN401 - as above
+    header: laspy.LasHeader,
+) -> list[tuple[int, int, int]]:
+    """Return the same in order, of any LAZ file; a table of equal chunks counts none of them."""
     import lazrs  # noqa: PLC0415  (import divespot stays light)
 
     vlr = lazrs.LazVlr(header.vlrs.get("LasZipVlr")[0].record_data)
     begin: int = header.offset_to_point_data
     stream.seek(begin)
     table = lazrs.read_chunk_table(stream, vlr)
-    sizes = (size for _, size in table)
-    begins = itertools.accumulate(sizes, initial=begin + 8)
-    return {(at, size, count) for at, (count, size) in zip(begins, table, strict=False)}
+    begins = itertools.accumulate((size for _, size in table), initial=begin + 8)
+    known = vlr.uses_variable_size_chunks()
+    return [
+        (at, size, count if known else vlr.chunk_size())
+        for at, (count, size) in zip(begins, table, strict=False)
+    ]
 
 
 class _Limited:

@@ -196,6 +196,11 @@ def kept(points: Any, wanted: LasFilter, header: laspy.LasHeader) -> FloatArray:
     keeps = wanted.keeps(points)
     if not keeps.all():
         raw = raw.compress(keeps, axis=0)
+    return scaled(raw, header)
+
+
+def scaled(raw: FloatArray, header: laspy.LasHeader) -> FloatArray:
+    """Return whole numbers as coordinates, in the same array."""
     # A corrupt scale may overflow to inf, which a later stage drops and counts.
     with np.errstate(over="ignore", invalid="ignore"):
         raw *= header.scales

@@ -11,7 +11,7 @@ from divespot.errors import DivespotError
 from divespot.io import las
 from divespot.io.files import require_regular
 from divespot.io.las_filter import LasFilter
-from divespot.io.scan import FloatArray, RawCloud, Whole
+from divespot.io.scan import FloatArray, RawCloud, Whole, stack
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,6 +55,7 @@ def sample_las(file: Path, wanted: Wanted) -> RawCloud:
     ):
         las.check_header(data)
         wanted_ones = LasFilter(wanted)
+        kept = las.kept if wanted.stretches is None else _every_one
         try:
             with las.opened(stream) as reader:
                 header = reader.header
@@ -62,12 +63,13 @@ def sample_las(file: Path, wanted: Wanted) -> RawCloud:
                     at = stream.tell()
                     las.check_chunks(data, stream, header)
                     stream.seek(at)
-                parts = [las.kept(points, wanted_ones, header) for points in _some(reader)]
+                parts = [kept(points, wanted_ones, header) for points in _some(reader, wanted)]
                 crs = las.read_crs(header)
         except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
             raise las.refused(err) from None
     xyz: FloatArray = np.concatenate([np.empty((0, 3)), *parts])
-    warnings = (*crs.warnings, *wanted_ones.told(len(xyz)))
+    told = wanted_ones.told(len(xyz)) if wanted.stretches is None else ()
+    warnings = (*crs.warnings, *told)
     whole = Whole(
         header.point_count, tuple(header.mins), tuple(header.maxs), wanted_ones.seen_classes
     )
@@ -78,15 +80,20 @@ def sample_las(file: Path, wanted: Wanted) -> RawCloud:
     )
 
 
-def _some(reader: laspy.LasReader) -> Iterator[Any]:
+def _every_one(points: Any, _: LasFilter, header: laspy.LasHeader) -> FloatArray:  # noqa: ANN401 - untyped
+    """Return x, y, z of a batch, whatever its points are."""
+    return las.scaled(stack([points.X, points.Y, points.Z]), header)
+
+
+def _some(reader: laspy.LasReader, wanted: Wanted) -> Iterator[Any]:
     """Yield all points, or stretches that are spread over the file and begin with chunks."""
-    count = reader.header.point_count
-    if count <= MOST:
+    count, stretches = reader.header.point_count, wanted.stretches or STRETCHES
+    if count <= (MOST if wanted.stretches is None else stretches * STRETCH):
         yield _stretch(reader, 0, count)
         return
     chunk = _chunk_size(reader)
-    for i in range(STRETCHES):
-        yield _stretch(reader, i * (count // STRETCHES) // chunk * chunk, STRETCH)
+    for i in range(stretches):
+        yield _stretch(reader, i * (count // stretches) // chunk * chunk, STRETCH)
 
 
 def _chunk_size(reader: laspy.LasReader) -> int:

@@ -19,13 +19,29 @@ class Whole:
     """What the header of a file says of all its points, of which only some were read.
 
     `low` and `high` are the corners of the box around them, in the file's numbers; `classes` are
-    those of the points that were read, with how many there are.
+    those of the points that were read, with how many there are; `metres` are those to the unit of
+    x, y and z.
     """
 
     points: int
     low: tuple[float, ...]
     high: tuple[float, ...]
     classes: Mapping[int, int]
+    metres: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Streamed:
+    """How a scan was read in one pass, of which voxels were kept.
+
+    `points` were wanted, of which `nonfinite` and `zero` were of no use; `voxel_m` is the edge of
+    the voxels whose means the scan's points are.
+    """
+
+    points: int
+    nonfinite: int
+    zero: int
+    voxel_m: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +129,8 @@ class Scan:
         Where the camera stood in each frame, of a scan that was fused from some.
     registration : Registration or None
         How its frames were put together.
+    streamed : Streamed or None
+        How it was read in one pass, where it is too large to be held.
     """
 
     points: FloatArray
@@ -130,6 +148,7 @@ class Scan:
     whole: Whole | None = None
     sensors_m: FloatArray | None = None
     registration: Registration | None = None
+    streamed: Streamed | None = None
 
 
 @dataclass(frozen=True, eq=False)

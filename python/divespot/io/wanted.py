@@ -34,6 +34,9 @@ class Wanted:
         The rectangle x0, y0, x1, y1 outside of which no point is wanted, in the file's numbers.
     some
         Whether a sample of the points will do.
+    stretches
+        How many stretches of a file make up that sample, of whatever class; None: as many as show
+        it well, of the classes that are wanted.
 
     """
 
@@ -43,6 +46,7 @@ class Wanted:
     crs: str | None = None
     plan: tuple[float, float, float, float] | None = None
     some: bool = False
+    stretches: int | None = None
 
     @classmethod
     def of(

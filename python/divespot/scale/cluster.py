@@ -1,0 +1,179 @@
+"""A survey of many tiles added up by the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from divespot._arguments import require_kind
+from divespot.errors import DivespotError
+from divespot.extras import extra
+from divespot.intake import cloud_of
+from divespot.one_pass import Part
+from divespot.pipeline import measure_cloud
+from divespot.progress import Progress
+from divespot.settings import Settings
+from divespot.streaming import cores, paths_of, planned, scan_of
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable, Iterator, Sequence
+
+    from typing_extensions import Unpack
+
+    from divespot._typed import Changes
+    from divespot.doors import Report
+    from divespot.io import Scan
+    from divespot.io.las_stretches import Stretch
+    from divespot.one_pass import Pass
+
+#: Points of a task, about: a second of work, after which a killed worker's part is done again.
+TASK_POINTS = 4_000_000
+
+#: Parts that are merged by one task: a tree of few levels, and few parts in memory at once.
+MERGED = 8
+
+
+def measure(
+    paths: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    client: Any | None = None,  # noqa: ANN401 - distributed ships no types
+    settings: Settings | Mapping[str, Any] | None = None,
+    *,
+    skip_damaged: bool = False,
+    on_stage: Callable[[str], None] | None = None,
+    **changes: Unpack[Changes],
+) -> Report:
+    """Measure LAS or LAZ files that are one survey, of any size, on many machines.
+
+    The workers read the files, which must lie at the same paths for all of them, and add their
+    points up in voxels; what these add up to is measured here. The report is the same, bit for bit,
+    by any number of workers, and after some of them died.
+
+    Parameters
+    ----------
+    paths
+        The files.
+    client
+        A ``distributed.Client``; None: as many processes on this machine as there are cores, for as
+        long as this takes (a script then needs its ``if __name__ == "__main__"``).
+    settings
+        As of `divespot.measure`.
+    skip_damaged
+        Whether to measure without what cannot be read; a warning for each file says what that is.
+    on_stage
+        Called with the name of each stage as it begins, and with how much was read.
+    **changes
+        As of `divespot.measure`.
+
+    Raises
+    ------
+    DivespotError
+        As of `divespot.measure`; a file is no LAS file, or distributed is missing
+        (``pip install divespot[dask]``).
+
+    """
+    if isinstance(settings, Mapping):
+        settings = Settings().changed(**settings)
+    elif settings is not None:
+        require_kind("settings", settings, Settings)
+    chosen = (settings or Settings()).changed(**changes)
+    run = Progress(on_stage)
+    with _client_or_own(client) as working:
+        scan = run("read", _read, working, paths_of(paths), chosen, skip_damaged, on_stage)
+    return measure_cloud(cloud_of(scan, chosen), chosen, run)
+
+
+@contextmanager
+def _client_or_own(client: Any | None) -> Iterator[Any]:  # noqa: ANN401 - as above
+    """Yield the client that is given, or one of a cluster on this machine."""
+    if client is not None:
+        yield client
+        return
+    distributed = _distributed()
+    with (
+        distributed.LocalCluster(
+            n_workers=cores(), threads_per_worker=1, dashboard_address=":0"
+        ) as cluster,
+        distributed.Client(cluster) as own,
+    ):
+        yield own
+
+
+def connected(address: str) -> Any:  # noqa: ANN401 - as above
+    """Return a client of the scheduler at an address.
+
+    Raises
+    ------
+    DivespotError
+        There is none.
+
+    """
+    try:
+        return _distributed().Client(address, timeout="10s", set_as_default=False)
+    except (OSError, ValueError, TypeError) as err:
+        raise DivespotError(f"{address}: no Dask scheduler answers there ({err})") from None
+
+
+def _distributed() -> Any:  # noqa: ANN401 - as above
+    return extra("distributed", "dask", "many machines need Dask's distributed")
+
+
+def _read(
+    client: Any,  # noqa: ANN401 - as above
+    paths: list[str],
+    settings: Settings,
+    skip_damaged: bool,  # noqa: FBT001 - passed on
+    on_stage: Callable[[str], None] | None,
+) -> Scan:
+    plan = planned(paths, settings, skip_damaged=skip_damaged)
+    tasks = [client.submit(_add_up, plan.way, task, pure=False) for task in _tasks(plan.stretches)]
+    _tell(client, tasks, on_stage)
+    while len(tasks) > 1:
+        groups = [tasks[first : first + MERGED] for first in range(0, len(tasks), MERGED)]
+        tasks = [client.submit(_merge_up, group, pure=False) for group in groups]
+    return scan_of(plan, tasks[0].result())
+
+
+def _tasks(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
+    """Return stretches in groups of about as many points."""
+    tasks: list[list[Stretch]] = [[]]
+    held = 0
+    for stretch in stretches:
+        if held >= TASK_POINTS:
+            tasks.append([])
+            held = 0
+        tasks[-1].append(stretch)
+        held += stretch.count
+    return tasks
+
+
+def _tell(
+    client: Any,  # noqa: ANN401 - as above
+    tasks: Sequence[Any],
+    on_stage: Callable[[str], None] | None,
+) -> None:
+    """Tell how many tasks are done; of one that failed, say why at once."""
+    for done, task in enumerate(_distributed().as_completed(tasks, loop=client.loop), 1):
+        if task.status == "error":
+            task.result()
+        if on_stage is not None:
+            on_stage(f"read, {done} of {len(tasks)} parts")
+
+
+def _add_up(way: Pass, stretches: Sequence[Stretch]) -> Part:
+    """Add some stretches up: the work of one task."""
+    part = way.nothing()
+    for stretch in stretches:
+        records = way.records_of(stretch, part)
+        if records is not None:
+            way.take(records, part)
+    return part
+
+
+def _merge_up(parts: Sequence[Part]) -> Part:
+    """Merge parts, which stay as they are: a task may be done twice."""
+    merged = Part(parts[0].voxels.empty())
+    for part in parts:
+        merged.merge(part)
+    return merged

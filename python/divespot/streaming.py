@@ -1,0 +1,251 @@
+"""Scans too large to be held: read in one pass, of which the means of voxels are kept."""
+
+from __future__ import annotations
+
+import os
+import struct
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from divespot.errors import DivespotError, NothingSeenError
+from divespot.io import UNITS, stretches
+from divespot.io.files import require_regular
+from divespot.io.las_filter import LasFilter
+from divespot.io.las_sample import ANY_SIZE, SIGNATURE
+from divespot.io.las_stretches import stretches_of
+from divespot.io.merge import are_paths, merged
+from divespot.io.scan import Streamed
+from divespot.io.wanted import Wanted
+from divespot.io.web import is_url
+from divespot.log import log
+from divespot.one_pass import Pass, Plan
+from divespot.spacing import survey
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+    from divespot.io.las_stretches import Rectangle, Stretch
+    from divespot.io.scan import Scan
+    from divespot.one_pass import Corners, Part
+    from divespot.settings import Settings
+
+#: More points are streamed. Measuring takes 120 bytes a point where all are held: with as many, it
+#: stays within 1 GiB.
+MOST_HELD = 2**23
+
+#: Voxels that are aimed at. With edges twice as long, a quarter as many hold something. To measure
+#: them takes seconds, a fraction of what it takes to decode the fewest points that are streamed.
+AIMED_VOXELS = 2**20
+
+#: Stretches of a survey from which the spacing follows, and points that are surveyed of each.
+STRETCHES = 40
+
+_HEADER = struct.Struct("<24xBB68xHIIBHI")
+_COUNT_64 = 247
+
+
+def is_too_large(source: Any, settings: Settings) -> bool:  # noqa: ANN401 - what a user gives
+    """Return whether these are LAS files with more points than are held.
+
+    The paper's way needs every point.
+    """
+    if settings.stages.ground_form == "level" or settings.columns is not None:
+        return False
+    counts = [_count(path) for path in paths_of(source)]
+    return None not in counts and sum(filter(None, counts)) > MOST_HELD
+
+
+def paths_of(source: Any) -> list[str]:  # noqa: ANN401 - as above
+    """Return the paths of a survey."""
+    return [os.fsdecode(path) for path in (source if are_paths(source) else [source])]
+
+
+def _count(path: str) -> int | None:
+    """Return how many points a file promises that begins as a LAS file."""
+    try:
+        if is_url(path):
+            return None
+        require_regular(Path(path), ANY_SIZE)
+        with Path(path).open("rb") as stream:
+            head = stream.read(_COUNT_64 + 8)
+        if not head.startswith(SIGNATURE):
+            return None
+        _, minor, *_, count = _HEADER.unpack_from(head)
+        if minor >= 4:
+            (count,) = struct.unpack_from("<Q", head, _COUNT_64)
+    except (OSError, DivespotError, struct.error):
+        return None  # what reads it in full says why
+    return int(count)
+
+
+def streamed(source: Any, settings: Settings) -> Scan:  # noqa: ANN401 - as above
+    """Read a survey in one pass, and return the means of its voxels as a scan.
+
+    Raises
+    ------
+    DivespotError
+        A file is damaged or cannot be read, or they are in different systems.
+
+    """
+    plan = planned(paths_of(source), settings)
+    return scan_of(plan, read(plan, settings.threads))
+
+
+def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = False) -> Plan:
+    """Look at a survey: where its points are, and which voxels suit them.
+
+    With `skip_damaged`, files that cannot be read are left out, and told of.
+
+    Raises
+    ------
+    DivespotError
+        As `streamed`.
+
+    """
+    spread = max(1, STRETCHES // len(paths))
+    found = [_found(path, spread, settings, skip_damaged=skip_damaged) for path in paths]
+    left_out = [told for told in found if isinstance(told, str)]
+    looks = [told[0] for told in found if not isinstance(told, str)]
+    if not looks:
+        raise DivespotError(left_out[0])
+    parts = [stretch for told in found if not isinstance(told, str) for stretch in told[1]]
+    sample = merged(looks)
+    within = _corners(settings, UNITS[sample.unit])
+    wanted = Wanted.of(None, settings.classes, settings.returns)
+    points = sum(stretch.count for stretch in parts)
+    origin_m, voxel_m = _voxels(sample.points, within, points, settings)
+    metres = looks[0].whole.metres if looks[0].whole else (1.0, 1.0, 1.0)
+    way = Pass(origin_m, voxel_m, metres, wanted, within, skip_damaged=skip_damaged)
+    return Plan(tuple(parts), way, sample, tuple(left_out))
+
+
+def _found(
+    path: str, spread: int, settings: Settings, *, skip_damaged: bool
+) -> tuple[Scan, list[Stretch]] | str:
+    """Return a look at a file, and its stretches; what is wrong with it where that may be."""
+    try:
+        parts = stretches_of(path, _in_plan(settings))
+        return stretches(path, spread, unit=settings.unit, crs=settings.crs), parts
+    except DivespotError as err:
+        if not skip_damaged:
+            raise
+        return str(err)
+
+
+def _corners(settings: Settings, metres: float) -> Corners | None:
+    """Return the corners of a crop in metres."""
+    if settings.crop is None:
+        return None
+    low, high = (np.array(settings.crop).reshape(2, 3) * metres).tolist()
+    return _triple(low), _triple(high)
+
+
+def _in_plan(settings: Settings) -> Rectangle | None:
+    """Return a crop's rectangle in the files' numbers."""
+    if settings.crop is None:
+        return None
+    x0, y0, _, x1, y1, _ = settings.crop
+    return x0, y0, x1, y1
+
+
+def _triple(numbers: Iterable[float]) -> tuple[float, float, float]:
+    x, y, z = map(float, numbers)
+    return x, y, z
+
+
+def _voxels(
+    sample: NDArray[np.float64],
+    within: Corners | None,
+    points: int,
+    settings: Settings,
+) -> tuple[tuple[float, float, float], float]:
+    """Return a corner of a voxel, and the edge of those that are begun with.
+
+    It is the distance between points; larger where that is more voxels than are aimed at.
+    """
+    seen = sample[np.isfinite(sample).all(axis=1)]
+    share = 1.0
+    if within is not None:
+        inside = ((seen >= within[0]) & (seen <= within[1])).all(axis=1)
+        if inside.sum() > STRETCHES:
+            share, seen = inside.mean(), seen[inside]
+    spacing_m = survey(seen, seed=settings.seed, threads=settings.threads).spacing_m
+    width_m, depth_m, _ = np.ptp(seen, axis=0).tolist()
+    area_m2 = min(share * points * spacing_m**2, width_m * depth_m)
+    edge_m = max(spacing_m, float(np.sqrt(area_m2 / AIMED_VOXELS)))
+    return _triple(seen.min(axis=0)), edge_m
+
+
+def read(plan: Plan, threads: int) -> Part:
+    """Read all stretches on this machine; decoding, reading and adding overlap.
+
+    Raises
+    ------
+    DivespotError
+        As `streamed`.
+
+    """
+    part, adding = plan.way.nothing(), Lock()
+    with ThreadPoolExecutor(threads or cores()) as pool:
+        each = partial(_read_one, plan.way, part, adding)
+        try:
+            for _ in pool.map(each, plan.stretches):
+                pass
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return part
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    may_use = getattr(os, "sched_getaffinity", None)  # not every system tells
+    return len(may_use(0)) if may_use else os.cpu_count() or 1
+
+
+def _read_one(way: Pass, part: Part, adding: Lock, stretch: Stretch) -> None:
+    records = way.records_of(stretch, part)
+    if records is not None:
+        with adding:
+            way.take(records, part)
+
+
+def scan_of(plan: Plan, part: Part) -> Scan:
+    """Return what a survey adds up to as a scan.
+
+    Raises
+    ------
+    NothingSeenError
+        None of its points is wanted.
+
+    """
+    kept, outside, withheld, noise, unwanted = part.counts.tolist()
+    counted = {number: n for number, n in enumerate(part.classes.tolist()) if n}
+    left_out = LasFilter(plan.way.wanted, unwanted, withheld, noise)
+    left_out.seen_classes.update(counted)
+    told = left_out.told(kept)
+    voxel_m = part.voxels.voxel_m
+    nonfinite, zero = part.voxels.dropped
+    if not part.voxels.voxels:
+        raise NothingSeenError(
+            f"{plan.sample.path}: of {kept} points {outside} are outside the crop, {nonfinite} not "
+            f"finite and {zero} (0, 0, 0): others are needed"
+        )
+    held = part.voxels.surfaces()
+    passed = f"its {kept} points were read in one pass and averaged in voxels of {voxel_m:.3g} m"
+    log("INFO", f"{len(held.means)} means of {part.voxels.voxels} voxels of {voxel_m:.4g} m")
+    return replace(
+        plan.sample,
+        points=held.means,
+        warnings=(*plan.sample.warnings, *plan.left_out, *part.lost(), *told, passed),
+        whole=None,
+        streamed=Streamed(kept, nonfinite, zero, voxel_m),
+    )

@@ -1,0 +1,115 @@
+"""A survey added up by the workers of a Dask cluster: the same bits, whatever becomes of them."""
+
+from __future__ import annotations
+
+import os
+import signal
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+import divespot.io.las_stretches
+import divespot.one_pass
+import divespot.scale.cluster
+import divespot.streaming
+from divespot import DivespotError, measure, scale
+from test_streaming import CONES, bits, volume_m3, write_las, yard
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+distributed = pytest.importorskip("distributed", reason="needs the extra dask")
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # of asyncio and of what it opens
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+@pytest.fixture(scope="module")
+def tiles(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Return the tiles of a yard: 300,000 points, cut across along x."""
+    folder = tmp_path_factory.mktemp("tiles")
+    points = yard(300_000)
+    cut = np.digitize(points[:, 0], [9.0, 18.0, 27.0])
+    return [write_las(folder / f"{n}.laz", points[cut == n]) for n in range(4)]
+
+
+@pytest.fixture(autouse=True)
+def many_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(divespot.streaming, "MOST_HELD", 100_000)
+    monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 30_000)
+    monkeypatch.setattr(divespot.io.las_stretches, "STRETCH", 10_000)
+    monkeypatch.setattr(divespot.scale.cluster, "TASK_POINTS", 10_000)
+
+
+def test_two_workers_and_a_killed_one_change_no_bit(client: Any, tiles: list[Path]) -> None:  # noqa: ANN401
+    expected = bits(measure(tiles))
+    assert bits(scale.measure(tiles, client)) == expected
+    killed: list[int] = []
+
+    def kill(stage: str) -> None:
+        if stage.startswith("read, 3 of") and not killed:
+            pids = client.run(os.getpid)
+            killed.append(min(pids.values()))
+            os.kill(killed[0], signal.SIGKILL)
+
+    assert bits(scale.measure(tiles, client, on_stage=kill)) == expected
+    assert killed
+    client.wait_for_workers(2)
+
+
+def test_a_damaged_tile_is_one_line_and_the_rest_is_measured_if_asked(
+    client: Any,  # noqa: ANN401
+    tiles: list[Path],
+    tmp_path: Path,
+) -> None:
+    data = tiles[3].read_bytes()
+    broken = tmp_path / "broken.laz"
+    broken.write_bytes(data[: len(data) // 2])
+    paths = [*tiles[:3], broken]
+    with pytest.raises(DivespotError, match=r"broken\.laz: .*truncated") as caught:
+        scale.measure(paths, client)
+    assert "\n" not in str(caught.value)
+    report = scale.measure(paths, client, skip_damaged=True)
+    assert [told for told in report.warnings if "broken.laz" in told] == [str(caught.value)]
+    assert report.piles[0].volume_m3 == pytest.approx(volume_m3(*CONES[0][:2]), rel=0.01)
+    with pytest.raises(DivespotError, match=r"broken\.laz"):
+        scale.measure(broken, client, skip_damaged=True)
+
+
+def test_points_that_cannot_be_decoded_are_counted(
+    tiles: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    records_of = divespot.io.las_stretches.records_of
+
+    def fails(stretch: divespot.io.las_stretches.Stretch) -> divespot.io.las_stretches.Records:
+        if stretch.path.endswith("1.laz") and stretch.begin == 10_000:
+            raise DivespotError(f"{stretch.path}: scratched")
+        return records_of(stretch)
+
+    monkeypatch.setattr(divespot.one_pass, "records_of", fails)
+    plan = divespot.streaming.planned(list(map(str, tiles)), divespot.Settings(), skip_damaged=True)
+    part = divespot.streaming.read(plan, 2)
+    assert part.lost() == (f"{tiles[1]}: scratched: 10000 of its points were left out",)
+    assert part.counts[0] == 290_000
+
+
+def test_what_is_no_survey_is_refused(client: Any, tmp_path: Path) -> None:  # noqa: ANN401
+    with pytest.raises(DivespotError, match=r"missing\.laz: cannot be read"):
+        scale.measure(tmp_path / "missing.laz", client)
+    (tmp_path / "scan.xyz").write_text("0 0 0\n")
+    with pytest.raises(DivespotError, match=r"scan\.xyz: "):
+        scale.measure(tmp_path / "scan.xyz", client)
+    with pytest.raises(DivespotError, match="no Dask scheduler answers"):
+        divespot.scale.cluster.connected("nowhere")
