@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import divespot.io.las_stretches
 import divespot.one_pass
 import divespot.scale.cluster
 import divespot.streaming
 from divespot import DivespotError, measure, scale
+from divespot.cli import main
 from test_streaming import CONES, bits, volume_m3, write_las, yard
 
 if TYPE_CHECKING:
@@ -49,8 +52,8 @@ def tiles(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 def many_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(divespot.streaming, "MOST_HELD", 100_000)
     monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 30_000)
-    monkeypatch.setattr(divespot.io.las_stretches, "STRETCH", 10_000)
-    monkeypatch.setattr(divespot.scale.cluster, "TASK_POINTS", 10_000)
+    monkeypatch.setattr(divespot.io.las_stretches, "STRETCH", 25_000)
+    monkeypatch.setattr(divespot.scale.cluster, "TASK_POINTS", 25_000)
 
 
 def test_two_workers_and_a_killed_one_change_no_bit(client: Any, tiles: list[Path]) -> None:  # noqa: ANN401
@@ -94,15 +97,15 @@ def test_points_that_cannot_be_decoded_are_counted(
     records_of = divespot.io.las_stretches.records_of
 
     def fails(stretch: divespot.io.las_stretches.Stretch) -> divespot.io.las_stretches.Records:
-        if stretch.path.endswith("1.laz") and stretch.begin == 10_000:
+        if stretch.path.endswith("1.laz") and stretch.begin == 25_000:
             raise DivespotError(f"{stretch.path}: scratched")
         return records_of(stretch)
 
     monkeypatch.setattr(divespot.one_pass, "records_of", fails)
     plan = divespot.streaming.planned(list(map(str, tiles)), divespot.Settings(), skip_damaged=True)
     part = divespot.streaming.read(plan, 2)
-    assert part.lost() == (f"{tiles[1]}: scratched: 10000 of its points were left out",)
-    assert part.counts[0] == 290_000
+    assert part.lost() == (f"{tiles[1]}: scratched: 25000 of its points were left out",)
+    assert part.counts[0] == 275_000
 
 
 def test_what_is_no_survey_is_refused(client: Any, tmp_path: Path) -> None:  # noqa: ANN401
@@ -112,4 +115,16 @@ def test_what_is_no_survey_is_refused(client: Any, tmp_path: Path) -> None:  # n
     with pytest.raises(DivespotError, match=r"scan\.xyz: "):
         scale.measure(tmp_path / "scan.xyz", client)
     with pytest.raises(DivespotError, match="no Dask scheduler answers"):
-        divespot.scale.cluster.connected("nowhere")
+        divespot.scale.cluster.connected("tcp://127.0.0.1:1", timeout_s=0.5)
+
+
+def test_the_command_line_takes_the_address_of_a_scheduler(client: Any, tiles: list[Path]) -> None:  # noqa: ANN401
+    address = client.scheduler.address
+    paths = list(map(str, tiles))
+    result = CliRunner().invoke(main, ["measure", *paths, "--scheduler", address, "--json", "-"])
+    assert result.exit_code == 0, result.stderr
+    expected, found = bits(measure(tiles)), json.loads(result.stdout)
+    assert found["piles"] == json.loads(json.dumps(expected["piles"]))
+    result = CliRunner().invoke(main, ["measure", *paths, "--skip-damaged"])
+    assert result.exit_code == 2
+    assert "--skip-damaged needs --scheduler" in result.stderr

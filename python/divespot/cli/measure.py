@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import click
 
 from divespot.base_name import BaseName
+from divespot.cli.cluster import Cluster, cluster_options
 from divespot.cli.depth import DepthFrames, frame_options
 from divespot.cli.failure import Failure, said
 from divespot.cli.options import Grouped, chosen_settings, setting_options
@@ -51,6 +52,7 @@ Files: TypeAlias = tuple[str, ...]
 @profile_option
 @setting_options
 @frame_options
+@cluster_options
 @click.option("--merge", is_flag=True, help="measure all SCANs as one survey: tiles, set-ups")
 @json_option(
     "write the report as JSON, - for stdout and nothing else there; of several scans, one "
@@ -107,11 +109,12 @@ def measure(
     settings = chosen_settings(ctx)
     depth = DepthFrames.of(ctx)
     files = chosen_files(ctx.params)
-    surveys = [scans] if ctx.params["merge"] else [(scan,) for scan in scans]
+    cluster = Cluster.of(ctx)
+    surveys = [scans] if cluster or ctx.params["merge"] else [(scan,) for scan in scans]
     _check_usage(ctx, settings, surveys, files)
     _check(ctx.params, settings, files, depth)
     output = Output.of(ctx.params, surveys, files)
-    good = [_measure_one(survey, settings, output, depth) for survey in surveys]
+    good = [_measure_one(survey, settings, output, depth, cluster) for survey in surveys]
     if not all(good):
         ctx.exit(1)
 
@@ -268,11 +271,15 @@ def _attempt(step: Callable[[], None]) -> DivespotError | OSError | None:
 
 
 def _measure_one(
-    survey: Files, settings: Settings, output: Output, depth: DepthFrames | None
+    survey: Files,
+    settings: Settings,
+    output: Output,
+    depth: DepthFrames | None,
+    cluster: Cluster | None,
 ) -> bool:
     """Measure one scan, or several as one, and tell of it; return whether that worked."""
     try:
-        report = run(survey if survey[1:] else survey[0], settings, depth)
+        report = run(survey if survey[1:] else survey[0], settings, depth, cluster)
     except (DivespotError, MemoryError) as error:
         sentence = _named(survey, str(error) or "there is too little memory for this scan")
         Failure(sentence).show()
@@ -284,7 +291,12 @@ def _measure_one(
     return output.write(report)
 
 
-def run(survey: Files | str | Path, settings: Settings, depth: DepthFrames | None = None) -> Report:
+def run(
+    survey: Files | str | Path,
+    settings: Settings,
+    depth: DepthFrames | None = None,
+    cluster: Cluster | None = None,
+) -> Report:
     """Measure a file, several as one, or depth frames, with a progress line."""
     from divespot import _native  # noqa: PLC0415 - slow to import
     from divespot.pipeline import measure as pipeline  # noqa: PLC0415 - as above
@@ -293,6 +305,9 @@ def run(survey: Files | str | Path, settings: Settings, depth: DepthFrames | Non
     first = survey[0] if isinstance(survey, tuple) else survey
     name = printable(click.format_filename(first, shorten=True))
     with progress_line(f"measuring {name}") as on_stage:
+        if cluster is not None:
+            files = survey if isinstance(survey, tuple) else (str(survey),)
+            return cluster.measured(files, settings, on_stage)
         if depth is None or not depth.takes(str(first)):
             return pipeline(survey, settings, on_stage=on_stage)
         frames = depth.fused(survey, settings.threads, on_stage)  # type: ignore[arg-type]

@@ -28,8 +28,9 @@ if TYPE_CHECKING:
     from divespot.io.las_stretches import Stretch
     from divespot.one_pass import Pass
 
-#: Points of a task, about: a second of work, after which a killed worker's part is done again.
-TASK_POINTS = 4_000_000
+#: Points of a task, at most: a second of work, which is done again after a worker died. Of fewer,
+#: a thousand workers would wait for the scheduler. Each core is to have some tasks, at least.
+TASK_POINTS, TASKS_A_CORE = 4_000_000, 8
 
 #: Parts that are merged by one task: a tree of few levels, and few parts in memory at once.
 MERGED = 8
@@ -100,7 +101,7 @@ def _client_or_own(client: Any | None) -> Iterator[Any]:  # noqa: ANN401 - as ab
         yield own
 
 
-def connected(address: str) -> Any:  # noqa: ANN401 - as above
+def connected(address: str, timeout_s: float = 10.0) -> Any:  # noqa: ANN401 - as above
     """Return a client of the scheduler at an address.
 
     Raises
@@ -110,7 +111,7 @@ def connected(address: str) -> Any:  # noqa: ANN401 - as above
 
     """
     try:
-        return _distributed().Client(address, timeout="10s", set_as_default=False)
+        return _distributed().Client(address, timeout=timeout_s, set_as_default=False)
     except (OSError, ValueError, TypeError) as err:
         raise DivespotError(f"{address}: no Dask scheduler answers there ({err})") from None
 
@@ -127,20 +128,23 @@ def _read(
     on_stage: Callable[[str], None] | None,
 ) -> Scan:
     plan = planned(paths, settings, skip_damaged=skip_damaged)
-    tasks = [client.submit(_add_up, plan.way, task, pure=False) for task in _tasks(plan.stretches)]
+    groups = _tasks(plan.stretches, sum(client.ncores().values()))
+    tasks = [client.submit(_add_up, plan.way, group, pure=False) for group in groups]
     _tell(client, tasks, on_stage)
     while len(tasks) > 1:
-        groups = [tasks[first : first + MERGED] for first in range(0, len(tasks), MERGED)]
-        tasks = [client.submit(_merge_up, group, pure=False) for group in groups]
+        together = [tasks[first : first + MERGED] for first in range(0, len(tasks), MERGED)]
+        tasks = [client.submit(_merge_up, some, pure=False) for some in together]
     return scan_of(plan, tasks[0].result())
 
 
-def _tasks(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
+def _tasks(stretches: Sequence[Stretch], workers: int) -> list[list[Stretch]]:
     """Return stretches in groups of about as many points."""
+    points = sum(stretch.count for stretch in stretches)
+    most = min(TASK_POINTS, points // (TASKS_A_CORE * max(workers, 1)))
     tasks: list[list[Stretch]] = [[]]
     held = 0
     for stretch in stretches:
-        if held >= TASK_POINTS:
+        if held and held >= most:
             tasks.append([])
             held = 0
         tasks[-1].append(stretch)

@@ -1,0 +1,72 @@
+"""Options of surveys that a cluster adds up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from divespot.report import Report
+    from divespot.settings import Settings
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+
+def cluster_options(command: F) -> F:
+    """Add the options of a Dask cluster."""
+    options = (
+        click.option(
+            "--scheduler",
+            metavar="ADDRESS",
+            help="measure all SCANs, LAS or LAZ, as one survey of any size that the workers of a "
+            "Dask cluster add up, as tcp://10.0.0.1:8786; each must see the files (extra dask)",
+        ),
+        click.option(
+            "--skip-damaged",
+            is_flag=True,
+            help="with --scheduler: leave out what cannot be read, with a warning for each file",
+        ),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Where a cluster is, and whether it passes over what is damaged."""
+
+    address: str
+    skip_damaged: bool
+
+    @classmethod
+    def of(cls, ctx: click.Context) -> Cluster | None:
+        """Return what the options say; None where none is asked for.
+
+        Raises
+        ------
+        UsageError
+            They need each other.
+
+        """
+        address, skip_damaged = ctx.params["scheduler"], ctx.params["skip_damaged"]
+        if address is not None:
+            return cls(address, skip_damaged)
+        if skip_damaged:
+            raise click.UsageError("--skip-damaged needs --scheduler", ctx)
+        return None
+
+    def measured(
+        self, paths: Sequence[str], settings: Settings, on_stage: Callable[[str], None] | None
+    ) -> Report:
+        """Measure files as one survey."""
+        from divespot.scale.cluster import connected, measure  # noqa: PLC0415 - slow to import
+
+        with connected(self.address) as client:
+            return measure(
+                paths, client, settings, skip_damaged=self.skip_damaged, on_stage=on_stage
+            )
