@@ -93,7 +93,7 @@ def merging(path: Path) -> dict[str, Any]:
     for stretches in np.array_split(np.array(plan.stretches, dtype=object), MERGED):
         part = plan.way.nothing()
         for stretch in stretches[:: max(1, len(stretches) // 10)]:
-            plan.way.take(records_of(stretch), part)
+            plan.way.take(records_of(stretch), stretch.layout, part)
         parts.append(part)
     voxels = sum(part.voxels.voxels for part in parts)
     began = time.perf_counter()

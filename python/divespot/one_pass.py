@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from divespot.io.las_stretches import Records, Stretch
+    from divespot.io.las_stretches import Layout, Stretch
     from divespot.io.scan import Scan
     from divespot.io.wanted import Wanted
 
@@ -47,7 +47,7 @@ class Pass:
         voxels = Accumulator(self.voxel_m, origin_m=self.origin_m, most=MOST_VOXELS)
         return Part(voxels)
 
-    def records_of(self, stretch: Stretch, part: Part) -> Records | None:
+    def records_of(self, stretch: Stretch, part: Part) -> NDArray[np.uint8] | None:
         """Read a stretch; None where that fails and may.
 
         Raises
@@ -64,11 +64,11 @@ class Pass:
             part.lose(stretch, str(err))
             return None
 
-    def take(self, records: Records, part: Part) -> None:
+    def take(self, records: NDArray[np.uint8], layout: Layout, part: Part) -> None:
         """Add records to a part."""
-        layout = (records.size, records.is_extended, records.scales, records.offsets, self.metres)
+        raw = (layout.size, layout.is_extended, layout.scales, layout.offsets, self.metres)
         wanted = (self.classes, self.wanted.returns, self.within)
-        part.take(*part.voxels.add_records(records.data, layout, wanted))
+        part.take(*part.voxels.add_records(records, raw, wanted))
 
     @property
     def classes(self) -> bytes:

@@ -215,7 +215,7 @@ def _read_one(way: Pass, part: Part, adding: Lock, stretch: Stretch) -> None:
     records = way.records_of(stretch, part)
     if records is not None:
         with adding:
-            way.take(records, part)
+            way.take(records, stretch.layout, part)
 
 
 def scan_of(plan: Plan, part: Part) -> Scan:

@@ -63,10 +63,16 @@ def opened(stream: IO[bytes]) -> laspy.LasReader:
     """
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
+    backend, parts = laspy.LazBackend.Lazrs, selection()
+    return laspy.open(stream, closefd=False, laz_backend=backend, decompression_selection=parts)
+
+
+def selection() -> laspy.DecompressionSelection:
+    """Return which parts of a point are unpacked, where not all need be."""
+    import laspy  # noqa: PLC0415  (import divespot stays light)
+
     parts = laspy.DecompressionSelection
-    selection = parts.base() | parts.Z | parts.CLASSIFICATION | parts.FLAGS
-    backend = laspy.LazBackend.Lazrs
-    return laspy.open(stream, closefd=False, laz_backend=backend, decompression_selection=selection)
+    return parts.base() | parts.Z | parts.CLASSIFICATION | parts.FLAGS
 
 
 def refused(err: BaseException) -> BaseException:

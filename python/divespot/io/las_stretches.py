@@ -15,7 +15,7 @@ from divespot.io.files import require_regular
 from divespot.io.las_sample import ANY_SIZE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     import laspy
     from numpy.typing import NDArray
@@ -27,40 +27,63 @@ if TYPE_CHECKING:
 #: Points of a stretch, about: a twentieth of a second of work, and 20 MB.
 STRETCH = 250_000
 
+#: Points of a chunk of LAZ, at most: it is unpacked whole, here into half a gigabyte.
+MOST_OF_CHUNK = 2**24
+
 _FIRST_EXTENDED_FORMAT = 6
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """So many points of a file, from one of them on."""
-
-    path: str
-    begin: int
-    count: int
-
-
-@dataclass(frozen=True, eq=False)
-class Records:
-    """Points as a file holds them.
+class Layout:
+    """How the points of a file are kept.
 
     Attributes
     ----------
-    data
-        The bytes of whole records.
     size
         Bytes of a record.
     is_extended
-        Whether they are of format 6 or higher.
+        Whether records are of format 6 or higher.
     scales, offsets
         How whole numbers become coordinates.
+    packed
+        How they are compressed, as LASzip has it; None where they are not.
 
     """
 
-    data: NDArray[np.uint8]
     size: int
     is_extended: bool
     scales: tuple[float, float, float]
     offsets: tuple[float, float, float]
+    packed: bytes | None
+
+    @classmethod
+    def of(cls, header: laspy.LasHeader) -> Layout:
+        """Return what a header says."""
+        packed = None
+        if header.are_points_compressed:
+            packed = bytes(header.vlrs.get("LasZipVlr")[0].record_data)
+        return cls(
+            header.point_format.size,
+            header.point_format.id >= _FIRST_EXTENDED_FORMAT,
+            tuple(header.scales.tolist()),
+            tuple(header.offsets.tolist()),
+            packed,
+        )
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Points side by side in a file: the byte they begin at, points and bytes of each chunk."""
+
+    path: str
+    at: int
+    chunks: tuple[tuple[int, int], ...]
+    layout: Layout
+
+    @property
+    def count(self) -> int:
+        """How many points."""
+        return sum(count for count, _ in self.chunks)
 
 
 def stretches_of(path: str, plan: Rectangle | None = None) -> list[Stretch]:
@@ -85,62 +108,82 @@ def stretches_of(path: str, plan: Rectangle | None = None) -> list[Stretch]:
             file.open("rb") as stream,
             mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data,
         ):
-            return [Stretch(path, *span) for span in _spans(data, stream, plan)]
+            return _stretches(path, data, stream, plan)
     except DivespotError as err:
         raise DivespotError(f"{path}: {err}") from None
     except (OSError, ValueError) as err:
         raise DivespotError(f"{path}: cannot be read ({err})") from None
 
 
-def _spans(data: Buffer, stream: IO[bytes], plan: Rectangle | None) -> Iterator[tuple[int, int]]:
+def _stretches(path: str, data: Buffer, stream: IO[bytes], plan: Rectangle | None) -> list[Stretch]:
     las.check_header(data)
     try:
         with las.opened(stream) as reader:
             header = reader.header
-            if not header.are_points_compressed:
-                chunks: Iterable[tuple[int, bool]] = [(header.point_count, True)]
+            layout = Layout.of(header)
+            if layout.packed is None:
+                chunks = _records(header)
             else:
                 las.check_chunks(data, stream, header)
                 chunks = _chunks(stream, len(data), header, plan)
-            yield from _grouped(chunks, header.point_count)
     except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
         raise las.refused(err) from None
+    return [
+        Stretch(path, some[0].at, tuple((one.count, one.size) for one in some), layout)
+        for some in _grouped(chunks)
+    ]
+
+
+@dataclass(frozen=True)
+class _Chunk:
+    at: int
+    count: int
+    size: int
+
+
+def _records(header: laspy.LasHeader) -> list[_Chunk]:
+    """Return stretches of records that are not compressed."""
+    size, points = header.point_format.size, header.point_count
+    counts = ((begin, min(STRETCH, points - begin)) for begin in range(0, points, STRETCH))
+    start = header.offset_to_point_data
+    return [_Chunk(start + begin * size, count, count * size) for begin, count in counts]
 
 
 def _chunks(
     stream: IO[bytes], size: int, header: laspy.LasHeader, plan: Rectangle | None
-) -> list[tuple[int, bool]]:
-    """Return the points of each chunk, and whether it is wanted."""
-    table = copc.chunk_table(stream, header)
+) -> list[_Chunk]:
+    """Return the chunks that are wanted, in the order of the file."""
+    found, left = [], header.point_count
+    for at, held, count in copc.chunk_table(stream, header):
+        found.append(_Chunk(at, min(count, left), held))
+        left -= found[-1].count
+    largest = max((chunk.count for chunk in found), default=0)
+    if largest > MOST_OF_CHUNK:
+        raise DivespotError(
+            f"a chunk of its LAZ holds {largest} points: rewrite it with laszip or PDAL"
+        )
     if plan is None or not copc.is_copc(header):
-        return [(count, True) for _, _, count in table]
+        return [chunk for chunk in found if chunk.count]
     query = copc.Query.of(stream, size, header, plan)
     nodes = set() if query is None else {at for at, _, _ in query.nodes}
-    return [(count, at in nodes) for at, _, count in table]
+    return [chunk for chunk in found if chunk.at in nodes]
 
 
-def _grouped(chunks: Iterable[tuple[int, bool]], points: int) -> Iterator[tuple[int, int]]:
-    """Yield first point and number of points of stretches: of wanted chunks side by side."""
-    begin = end = 0
-    for count, is_wanted in chunks:
-        after = min(end + count, points)
-        if end > begin and (not is_wanted or after - begin > STRETCH):
-            yield from _parts(begin, end)
-            begin = end
-        end = after
-        if not is_wanted:
-            begin = end
-    yield from _parts(begin, end)
+def _grouped(chunks: list[_Chunk]) -> Iterator[list[_Chunk]]:
+    """Yield chunks that stand side by side, of about as many points as a stretch has."""
+    some: list[_Chunk] = []
+    for chunk in chunks:
+        is_next = some and some[-1].at + some[-1].size == chunk.at
+        if some and not (is_next and sum(one.count for one in some) + chunk.count <= STRETCH):
+            yield some
+            some = []
+        some.append(chunk)
+    if some:
+        yield some
 
 
-def _parts(begin: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield the parts of one chunk that is larger than a stretch."""
-    for at in range(begin, end, STRETCH):
-        yield at, min(STRETCH, end - at)
-
-
-def records_of(stretch: Stretch) -> Records:
-    """Read a stretch.
+def records_of(stretch: Stretch) -> NDArray[np.uint8]:
+    """Read the records of a stretch.
 
     Raises
     ------
@@ -149,19 +192,17 @@ def records_of(stretch: Stretch) -> Records:
 
     """
     try:
-        with Path(stretch.path).open("rb") as stream, las.opened(stream) as reader:
-            reader.seek(stretch.begin)
-            points, header = reader.read_points(stretch.count), reader.header
-            _require_all(len(points), stretch)
-            size = header.point_format.size
-            return Records(
-                *(points.array.view(np.uint8), size),
-                is_extended=header.point_format.id >= _FIRST_EXTENDED_FORMAT,
-                scales=tuple(header.scales.tolist()),
-                offsets=tuple(header.offsets.tolist()),
-            )
+        with Path(stretch.path).open("rb") as stream:
+            stream.seek(stretch.at)
+            data = stream.read(sum(size for _, size in stretch.chunks))
     except OSError as err:
         raise DivespotError(f"{stretch.path}: cannot be read ({err.strerror or err})") from None
+    if len(data) < sum(size for _, size in stretch.chunks):
+        raise DivespotError(f"{stretch.path}: it became shorter while it was read")
+    if stretch.layout.packed is None:
+        return np.frombuffer(data, np.uint8)
+    try:
+        return _unpacked(data, stretch)
     except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
         told = las.refused(err)
         if isinstance(told, DivespotError):
@@ -169,6 +210,17 @@ def records_of(stretch: Stretch) -> Records:
         raise told from None
 
 
-def _require_all(read: int, stretch: Stretch) -> None:
-    if read != stretch.count:
-        raise DivespotError("it holds fewer points than its header promises: it is truncated")
+def _unpacked(data: bytes, stretch: Stretch) -> NDArray[np.uint8]:
+    """Unpack chunk by chunk: with several at once, lazrs would take threads of its own."""
+    import lazrs  # noqa: PLC0415  (import divespot stays light)
+
+    layout, selection = stretch.layout, las.selection().to_lazrs()
+    records = np.empty(stretch.count * layout.size, np.uint8)
+    begin = at = 0
+    for count, size in stretch.chunks:
+        end = begin + count * layout.size
+        lazrs.decompress_points_with_chunk_table(
+            *(data[at : at + size], layout.packed, records[begin:end]), [(count, size)], selection
+        )
+        begin, at = end, at + size
+    return records

@@ -171,7 +171,7 @@ def _add_up(way: Pass, stretches: Sequence[Stretch]) -> Part:
     for stretch in stretches:
         records = way.records_of(stretch, part)
         if records is not None:
-            way.take(records, part)
+            way.take(records, stretch.layout, part)
     return part
 
 

@@ -4,7 +4,7 @@ use crate::cancel::Polled;
 use crate::{Error, Point, Result};
 
 use super::lattice::Lattice;
-use super::sums::{BITS, Sums};
+use super::sums::{BITS, NOTHING, Sums};
 use super::tiles::{Tile, Tiles};
 
 /// Voxels at the highest level have edges 2¹⁴ times as long: sums of 2³² points still fit.
@@ -106,6 +106,8 @@ impl Accumulator {
     /// voxels of 2¹⁴ times the edge do not suffice, [`Error::Degenerate`] where a voxel would hold
     /// 2³² points.
     pub fn add(&mut self, points: impl IntoIterator<Item = Point>) -> Result<()> {
+        // Neighbours in a file lie in one voxel, mostly: it is looked up once.
+        let (mut run, mut sums) = ([u64::MAX; 3], NOTHING);
         for p in points.into_iter().polled() {
             if !p.iter().all(|v| v.is_finite()) {
                 self.dropped[0] += 1;
@@ -113,17 +115,29 @@ impl Accumulator {
                 self.dropped[1] += 1;
             } else {
                 let whole = self.lattice.whole(&p).ok_or_else(|| self.too_far(&p))?;
-                self.add_whole(whole)?;
+                if self.voxel(whole) != run {
+                    self.put(run, &sums)?;
+                    (run, sums) = (self.voxel(whole), NOTHING);
+                }
+                let within = (1 << (BITS + self.level)) - 1;
+                sums.add(whole.map(|v| v & within), self.level)?;
             }
         }
-        Ok(())
+        self.put(run, &sums)
     }
 
+    /// The voxel that a place lies in.
     #[inline]
-    fn add_whole(&mut self, whole: [u64; 3]) -> Result<()> {
-        let bits = BITS + self.level;
-        let inside = whole.map(|v| v & ((1 << bits) - 1));
-        self.tiles.sums(whole.map(|v| v >> bits)).add(inside, self.level)?;
+    fn voxel(&self, whole: [u64; 3]) -> [u64; 3] {
+        whole.map(|v| v >> (BITS + self.level))
+    }
+
+    /// Adds to a voxel, after which edges may be longer.
+    fn put(&mut self, voxel: [u64; 3], sums: &Sums) -> Result<()> {
+        if sums.count == 0 {
+            return Ok(());
+        }
+        self.tiles.sums(voxel).merge(sums)?;
         if self.tiles.occupied > self.most { self.keep_within() } else { Ok(()) }
     }
 
@@ -155,10 +169,7 @@ impl Accumulator {
         for (number, sums) in tile.voxels() {
             let (voxel, up) = (tile.voxel(number), self.level - level);
             let corner = voxel.map(|v| v & ((1 << up) - 1));
-            self.tiles.sums(voxel.map(|v| v >> up)).merge(&sums.raised(corner, level, up))?;
-            if self.tiles.occupied > self.most {
-                self.keep_within()?;
-            }
+            self.put(voxel.map(|v| v >> up), &sums.raised(corner, level, up))?;
         }
         Ok(())
     }
