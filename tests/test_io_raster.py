@@ -212,3 +212,27 @@ def test_a_raster_whose_size_is_a_lie(tmp_path: Path) -> None:
 def test_without_rasterio_it_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "rasterio", None)
     assert "pip install divespot[raster]" in refused(tmp_path, "a.tif", b"II*\0" + bytes(100))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_of_a_large_raster_the_window_that_is_wanted_is_read(
+    turned: bool,  # noqa: FBT001
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rasterio = pytest.importorskip("rasterio", reason="the extra raster is not installed")
+    affine = rasterio.Affine.translation(*UTM[:2]) @ rasterio.Affine.rotation(30 * turned)
+    affine = affine @ rasterio.Affine.scale(CELL_M, -CELL_M)
+    path = tiff(tmp_path / "dem.tif", surface(), transform=affine)
+    whole = dio.read(path).points
+    middle = np.median(whole, axis=0)[:2]
+    plan = (*(middle - 0.3), *(middle + 0.2))
+    assert np.array_equal(dio.read(path, plan=plan).points, whole)
+    monkeypatch.setattr("divespot.io.raster.MANY_CELLS", 100)
+    some = dio.read(path, plan=plan).points
+    inside = ((whole[:, :2] >= plan[:2]) & (whole[:, :2] <= plan[2:])).all(axis=1)
+    rows = {tuple(row) for row in some.tolist()}
+    assert {tuple(row) for row in whole.tolist()} > rows
+    assert rows >= {tuple(row) for row in whole[inside].tolist()}
+    assert len(some) < len(whole) / 4
+    assert len(dio.read(path, plan=(0, 0, 1, 1)).points) == len(whole)

@@ -12,9 +12,11 @@ import pytest
 import divespot.one_pass
 import divespot.streaming
 from divespot import DivespotError, measure
+from divespot import io as dio
 from divespot.settings import Settings
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -128,10 +130,8 @@ def test_classes_returns_and_withheld_points_count_as_ever(kind: int, tmp_path: 
         "return_number": rng.choice([1, 2], 150_000, p=[0.9, 0.1]),
     }
     path = write_las(tmp_path / "yard.las", points, kind, **fields)
-    from divespot import io  # noqa: PLC0415 - beside what it is compared with
-
     for asked in ({}, {"classes": "2"}, {"classes": "2,7", "returns": "first"}):
-        held = io.read(path, **asked)  # type: ignore[arg-type]
+        held = dio.read(path, **asked)  # type: ignore[arg-type]
         plan = divespot.streaming.planned([str(path)], Settings(**asked))  # type: ignore[arg-type]
         scan = divespot.streaming.scan_of(plan, divespot.streaming.read(plan, 2))
         assert scan.streamed is not None
@@ -194,3 +194,23 @@ def test_points_are_counted_as_the_header_has_them(version: str, tmp_path: Path)
             writer.write_points(laspy.ScaleAwarePointRecord.zeros(count, header=header))
         found = divespot.streaming.is_too_large(tmp_path / "scan.las", Settings())
         assert found == is_large
+
+
+def test_of_an_octree_only_what_is_cropped_is_read(
+    real_scan: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = str(real_scan("lone-star.copc.laz"))
+    whole = dio.read(path).points
+    low, high = whole.min(axis=0), whole.max(axis=0)
+    middle = (low + high) / 2
+    crop = (*(middle[:2] - 3.0), low[2] - 1.0, *(middle[:2] + 2.0), high[2] + 1.0)
+    corners = np.array(crop).reshape(2, 3)
+    inside = ((whole >= corners[0]) & (whole <= corners[1])).all(axis=1).sum()
+    settings = Settings(crop=crop)
+    plan = divespot.streaming.planned([path], settings)
+    assert inside < sum(stretch.count for stretch in plan.stretches) < len(whole) / 2
+    part = divespot.streaming.read(plan, 2)
+    assert part.voxels.points == part.counts[0] - part.counts[1] == inside
+    monkeypatch.setattr(divespot.streaming, "MOST_HELD", len(whole) // 2)
+    assert divespot.streaming.is_too_large(path, Settings())
+    assert not divespot.streaming.is_too_large(path, settings)

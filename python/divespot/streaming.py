@@ -59,8 +59,20 @@ def is_too_large(source: Any, settings: Settings) -> bool:  # noqa: ANN401 - wha
     """
     if settings.stages.ground_form == "level" or settings.columns is not None:
         return False
-    counts = [_count(path) for path in paths_of(source)]
-    return None not in counts and sum(filter(None, counts)) > MOST_HELD
+    paths = paths_of(source)
+    counts = [_count(path) for path in paths]
+    if None in counts or sum(filter(None, counts)) <= MOST_HELD:
+        return False
+    return settings.crop is None or _in_crop(paths, settings) > MOST_HELD
+
+
+def _in_crop(paths: Sequence[str], settings: Settings) -> int:
+    """Return how many points are read of what a crop leaves: of COPC files, not all."""
+    try:
+        parts = [stretches_of(path, _in_plan(settings)) for path in paths]
+    except DivespotError:
+        return 0  # what reads it in full says why
+    return sum(stretch.count for some in parts for stretch in some)
 
 
 def paths_of(source: Any) -> list[str]:  # noqa: ANN401 - as above

@@ -42,11 +42,26 @@ def _whole(read: Callable[[bytes], RawCloud]) -> Callable[[bytes, Wanted], RawCl
     """Return a reader of a format that leaves nothing to choose."""
 
     def read_all(data: bytes, wanted: Wanted) -> RawCloud:
-        if wanted.columns is not None:
-            raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
+        _refuse_columns(wanted)
         return read(data)
 
     return read_all
+
+
+def _raster(driver: str) -> Callable[[bytes, Wanted], RawCloud]:
+    """Return a reader of rasters, of which a rectangle may be wanted."""
+    read = raster.reader(driver)
+
+    def read_window(data: bytes, wanted: Wanted) -> RawCloud:
+        _refuse_columns(wanted)
+        return read(data, wanted.plan)
+
+    return read_window
+
+
+def _refuse_columns(wanted: Wanted) -> None:
+    if wanted.columns is not None:
+        raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
 
 
 _COMMENT_LINES = rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*"
@@ -71,9 +86,9 @@ FORMATS = (
         "GeoTIFF",
         re.compile(rb"II[*+]\0|MM\0[*+]"),
         (".tif", ".tiff"),
-        _whole(raster.reader("GTiff")),
+        _raster("GTiff"),
     ),
-    Format("Erdas Imagine", re.compile(rb"EHFA_HEADER"), (".img",), _whole(raster.reader("HFA"))),
+    Format("Erdas Imagine", re.compile(rb"EHFA_HEADER"), (".img",), _raster("HFA")),
     Format("ESRI grid", esri_grid.BEGINS, (".asc",), _whole(esri_grid.read_esri)),
     Format("GLB", re.compile(rb"glTF"), (".glb",), _whole(mesh.reader("glb", "m"))),
     Format("STL", _STL_START, (".stl",), _whole(mesh.reader("stl")), by_name=True),

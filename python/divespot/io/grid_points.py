@@ -13,12 +13,14 @@ if TYPE_CHECKING:
 
 
 def points_of_grid(
-    heights: FloatArray, affine: tuple[float, float, float, float, float, float]
+    heights: FloatArray,
+    affine: tuple[float, float, float, float, float, float],
+    first: tuple[int, int] = (0, 0),
 ) -> FloatArray:
     """Return x, y, z in the middle of each cell, row by row.
 
     `affine` is a, b, c, d, e, f of ``x = a column + b row + c``, ``y = d column + e row + f``,
-    where whole numbers are the corners of cells.
+    where whole numbers are the corners of cells; `first` are column and row of the first of them.
 
     Raises
     ------
@@ -29,7 +31,8 @@ def points_of_grid(
     a, b, c, d, e, f = affine
     if not np.isfinite(affine).all() or a * e == b * d:
         raise DivespotError("its cells have no area: their size and place are needed")
-    column, row = np.arange(heights.shape[1]) + 0.5, np.arange(heights.shape[0])[:, None] + 0.5
+    column = np.arange(first[0], first[0] + heights.shape[1]) + 0.5
+    row = np.arange(first[1], first[1] + heights.shape[0])[:, None] + 0.5
     xyz = np.empty((*heights.shape, 3))
     xyz[..., 0] = a * column + b * row + c
     xyz[..., 1] = d * column + e * row + f

@@ -165,7 +165,9 @@ def _chunks(
     if plan is None or not copc.is_copc(header):
         return [chunk for chunk in found if chunk.count]
     query = copc.Query.of(stream, size, header, plan)
-    nodes = set() if query is None else {at for at, _, _ in query.nodes}
+    if query is None:
+        return found
+    nodes = {at for at, _, _ in query.nodes}
     return [chunk for chunk in found if chunk.at in nodes]
 
 

@@ -17,15 +17,22 @@ from divespot.io.units import unit_named
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    Rectangle = tuple[float, float, float, float]
+    Span = tuple[int, int]
 
-def reader(driver: str) -> Callable[[bytes], RawCloud]:
+
+#: Of rasters of more cells, those outside of what is wanted are not unpacked.
+MANY_CELLS = 2**23
+
+
+def reader(driver: str) -> Callable[[bytes, Rectangle | None], RawCloud]:
     """Return what reads the rasters of one of GDAL's drivers, and never those of another."""
 
-    def read(data: bytes) -> RawCloud:
+    def read(data: bytes, plan: Rectangle | None) -> RawCloud:
         rasterio = extra("rasterio", "raster", "a raster of heights needs rasterio")
         try:
             with rasterio.MemoryFile(data) as memory, memory.open(driver=driver) as source:
-                return _cells(source, len(data))
+                return _cells(source, len(data), plan)
         except (DivespotError, MemoryError):
             raise
         # rasterio lets through what GDAL raises, of a dozen kinds.
@@ -35,7 +42,7 @@ def reader(driver: str) -> Callable[[bytes], RawCloud]:
     return read
 
 
-def _cells(source: Any, size: int) -> RawCloud:  # noqa: ANN401 - rasterio ships no types
+def _cells(source: Any, size: int, plan: Rectangle | None) -> RawCloud:  # noqa: ANN401 - rasterio ships no types
     """Return the middle of each cell; a cell without data has no height."""
     kind = np.dtype(source.dtypes[0])
     if kind.kind not in "iuf" or kind.itemsize == 1:
@@ -44,7 +51,9 @@ def _cells(source: Any, size: int) -> RawCloud:  # noqa: ANN401 - rasterio ships
     if source.transform.is_identity:
         raise DivespotError("it does not say where its cells lie: a georeferenced raster is needed")
     crs = crs_from_wkt(source.crs.to_wkt()) if source.crs else Crs()
-    xyz = points_of_grid(_heights(source), tuple(source.transform)[:6])
+    columns, rows = _window(source, plan)
+    heights, first = _heights(source, columns, rows), (columns[0], rows[0])
+    xyz = points_of_grid(heights, tuple(source.transform)[:6], first)
     told = (f"of its {source.count} bands the first was taken as heights",)
     return RawCloud(
         *(xyz, crs.unit, unit_named(source.units[0] or "") or crs.vertical_unit, crs.text),
@@ -53,8 +62,21 @@ def _cells(source: Any, size: int) -> RawCloud:  # noqa: ANN401 - rasterio ships
     )
 
 
-def _heights(source: Any) -> FloatArray:  # noqa: ANN401
-    band = source.read(1, masked=True)
+def _window(source: Any, plan: Rectangle | None) -> tuple[Span, Span]:  # noqa: ANN401
+    """Return the columns and the rows of a large raster that meet a rectangle; all of others."""
+    whole = (0, source.width), (0, source.height)
+    if plan is None or source.width * source.height <= MANY_CELLS:
+        return whole
+    corners = [~source.transform * (x, y) for x in plan[::2] for y in plan[1::2]]
+    ends = np.clip(np.array(corners), (0, 0), (source.width, source.height))
+    low, high = np.floor(ends.min(axis=0)), np.ceil(ends.max(axis=0))
+    if not (low < high).all():
+        return whole
+    return (int(low[0]), int(high[0])), (int(low[1]), int(high[1]))
+
+
+def _heights(source: Any, columns: Span, rows: Span) -> FloatArray:  # noqa: ANN401
+    band = source.read(1, masked=True, window=(rows, columns))
     scale, offset = float(source.scales[0]), float(source.offsets[0])
     heights: FloatArray = band.astype(np.float64).filled(np.nan)
     return heights * scale + offset
