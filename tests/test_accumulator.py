@@ -71,6 +71,16 @@ def test_order_chunks_and_merges_change_no_bit(random: Random, chunks: int, most
     assert parts[0].to_bytes() == expected
 
 
+def test_a_thousand_chunks_in_any_order_are_one() -> None:
+    points = scattered(20_000)
+    rng = np.random.default_rng(3)
+    chunks = np.array_split(points[rng.permutation(len(points))], 1000)
+    found = Accumulator(0.05, most=500)
+    for number in rng.permutation(1000):
+        found.add(chunks[number])
+    assert found.to_bytes() == added(points, 0.05, 500).to_bytes()
+
+
 def test_bytes_and_pickles_bring_everything_back() -> None:
     found = added(np.vstack([scattered(500), [[0.0] * 3, [np.nan] * 3]]), 0.05, 300)
     for again in (Accumulator.from_bytes(found.to_bytes()), pickle.loads(pickle.dumps(found))):  # noqa: S301

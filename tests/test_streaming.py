@@ -152,6 +152,16 @@ def test_a_crop_is_taken_while_reading(scene: Path) -> None:
 
 
 @pytest.mark.usefixtures("small")
+def test_piles_ten_kilometres_apart_are_found_in_little_memory(tmp_path: Path) -> None:
+    points = yard(150_000)
+    points[points[:, 0] > 18.0, 0] += 10_000.0
+    large, small = measure(write_las(tmp_path / "far.laz", points)).piles
+    for pile, (radius, rise, x, _), far_m in ((large, CONES[0], 0.0), (small, CONES[1], 1e4)):
+        assert abs(pile.volume_m3 / volume_m3(radius, rise) - 1.0) < 0.01
+        assert pile.centroid_m[0] - CORNER_M[0] - far_m == pytest.approx(x, abs=0.05)
+
+
+@pytest.mark.usefixtures("small")
 def test_a_damaged_file_is_refused_in_a_sentence(scene: Path, tmp_path: Path) -> None:
     data = scene.read_bytes()
     cut = tmp_path / "cut.laz"
