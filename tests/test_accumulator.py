@@ -58,7 +58,7 @@ def test_edges_double_no_more_often_than_needed() -> None:
     assert added(points, edge_m / 2).voxels > 500 >= added(points, edge_m).voxels
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.randoms(use_true_random=False), st.integers(1, 40), st.sampled_from([3, 200, 2**22]))
 def test_order_chunks_and_merges_change_no_bit(random: Random, chunks: int, most: int) -> None:
     points = scattered(800)

@@ -118,7 +118,7 @@ def test_what_is_no_survey_is_refused(client: Any, tmp_path: Path) -> None:  # n
     with pytest.raises(DivespotError, match=r"missing\.laz: cannot be read"):
         scale.measure(tmp_path / "missing.laz", client)
     (tmp_path / "scan.xyz").write_text("0 0 0\n")
-    with pytest.raises(DivespotError, match=r"scan\.xyz: "):
+    with pytest.raises(DivespotError, match=r"scan\.xyz: it is no LAS or LAZ file"):
         scale.measure(tmp_path / "scan.xyz", client)
     with pytest.raises(DivespotError, match="no Dask scheduler answers"):
         divespot.scale.cluster.connected("tcp://127.0.0.1:1", timeout_s=0.5)

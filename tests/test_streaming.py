@@ -30,7 +30,7 @@ SHARE = 0.5
 CONES = ((6.0, 0.6, 10.0, 10.0), (4.0, 0.5, 26.0, 12.0))
 
 
-def yard(count: int = 400_000, seed: int = 0) -> NDArray[np.float64]:
+def yard(count: int = 240_000, seed: int = 0) -> NDArray[np.float64]:
     """Return points of two cones on a floor of 36 by 20 m."""
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(0.0, 1.0, (2, count)) * np.array([[36.0], [20.0]])
@@ -68,7 +68,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stream from 100,000 points on, aiming at a quarter of them."""
     monkeypatch.setattr(divespot.streaming, "MOST_HELD", 100_000)
-    monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 50_000)
+    monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 40_000)
 
 
 def bits(report: Report) -> dict[str, Any]:
@@ -83,9 +83,9 @@ def test_streaming_moves_no_volume_by_much_of_its_uncertainty(
 ) -> None:
     whole = measure(scene)
     monkeypatch.setattr(divespot.streaming, "MOST_HELD", 100_000)
-    monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 50_000)
+    monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 40_000)
     streamed = measure(scene)
-    assert streamed.source.points == whole.source.points == 400_000
+    assert streamed.source.points == whole.source.points == 240_000
     assert any("read in one pass and averaged in voxels" in told for told in streamed.warnings)
     assert not any("one pass" in told for told in whole.warnings)
     assert len(whole.piles) == len(streamed.piles) == 2
@@ -114,7 +114,7 @@ def test_threads_and_tiles_change_no_bit(scene: Path, tmp_path: Path) -> None:
     assert divespot.streaming.read(several, 2).voxels.to_bytes() == one
     report = measure(tiles)
     assert report.source.files == tuple(map(str, tiles))
-    assert report.source.points == 400_000
+    assert report.source.points == 240_000
     assert abs(report.piles[0].volume_m3 - expected.piles[0].volume_m3) < expected.piles[0].u95_m3
 
 
@@ -147,8 +147,17 @@ def test_a_crop_is_taken_while_reading(scene: Path) -> None:
     report = measure(scene, crop=(x, y, z - 1, x + 18.0, y + 20.0, z + 9))
     (pile,) = report.piles
     assert abs(pile.volume_m3 / volume_m3(*CONES[0][:2]) - 1.0) < 0.005
-    with pytest.raises(DivespotError, match="400000 are outside the crop"):
+    with pytest.raises(DivespotError, match="240000 are outside the crop"):
         measure(scene, crop=(0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
+
+
+@pytest.mark.usefixtures("small")
+def test_heights_that_mean_no_data_are_dropped_and_counted(tmp_path: Path) -> None:
+    points = yard(150_000)
+    points[::100, 2] = -9999.0 - CORNER_M[2]
+    report = measure(write_las(tmp_path / "yard.laz", points))
+    assert any("1500 points share a height" in told for told in report.warnings)
+    assert abs(report.piles[0].volume_m3 / volume_m3(*CONES[0][:2]) - 1.0) < 0.005
 
 
 @pytest.mark.usefixtures("small")

@@ -20,6 +20,7 @@ from divespot.io.las_filter import LasFilter
 from divespot.io.las_sample import ANY_SIZE, SIGNATURE
 from divespot.io.las_stretches import stretches_of
 from divespot.io.merge import are_paths, merged
+from divespot.io.no_data import without_no_data
 from divespot.io.scan import Streamed
 from divespot.io.wanted import Wanted
 from divespot.io.web import is_url
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from divespot.accumulator import Held
     from divespot.io.las_stretches import Rectangle, Stretch
     from divespot.io.scan import Scan
     from divespot.one_pass import Corners, Part
@@ -251,13 +253,27 @@ def scan_of(plan: Plan, part: Part) -> Scan:
             f"{plan.sample.path}: of {kept} points {outside} are outside the crop, {nonfinite} not "
             f"finite and {zero} (0, 0, 0): others are needed"
         )
-    held = part.voxels.surfaces()
+    means, no_data = _without_no_data(part.voxels.surfaces(), plan.way.metres[2])
     passed = f"its {kept} points were read in one pass and averaged in voxels of {voxel_m:.3g} m"
-    log("INFO", f"{len(held.means)} means of {part.voxels.voxels} voxels of {voxel_m:.4g} m")
+    log("INFO", f"{len(means)} means of {part.voxels.voxels} voxels of {voxel_m:.4g} m")
     return replace(
         plan.sample,
-        points=held.means,
-        warnings=(*plan.sample.warnings, *plan.left_out, *part.lost(), *told, passed),
+        points=means,
+        warnings=(*plan.sample.warnings, *plan.left_out, *part.lost(), *told, *no_data, passed),
         whole=None,
         streamed=Streamed(kept, nonfinite, zero, voxel_m),
     )
+
+
+def _without_no_data(held: Held, metres: float) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return the means of voxels without those at a height that means no data, and what to say."""
+    in_file = held.means.copy()
+    # Sums of whole parts of an edge are off by micrometres.
+    in_file[:, 2] = np.round(in_file[:, 2] / metres, 4)
+    seen, told = without_no_data(in_file)
+    if not told:
+        return held.means, ()
+    kept = np.isfinite(seen[:, 2])
+    count = held.counts[~kept].sum()
+    sentence = f"{count} points share a height far from all others: they were dropped as no data"
+    return held.means[kept], (sentence,)

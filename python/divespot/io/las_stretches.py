@@ -11,8 +11,7 @@ import numpy as np
 
 from divespot.errors import DivespotError
 from divespot.io import copc, las
-from divespot.io.files import require_regular
-from divespot.io.las_sample import ANY_SIZE
+from divespot.io.las_sample import begins_as_las
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -103,7 +102,8 @@ def stretches_of(path: str, plan: Rectangle | None = None) -> list[Stretch]:
     """
     file = Path(path)
     try:
-        require_regular(file, ANY_SIZE)
+        if not begins_as_las(file):
+            raise DivespotError("it is no LAS or LAZ file, which is needed")  # noqa: TRY301
         with (
             file.open("rb") as stream,
             mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data,
