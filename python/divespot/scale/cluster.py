@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from divespot import pipeline
 from divespot._arguments import require_kind
 from divespot.errors import DivespotError
 from divespot.extras import extra
-from divespot.intake import cloud_of
 from divespot.one_pass import Part
-from divespot.pipeline import measure_cloud
 from divespot.progress import Progress
 from divespot.settings import Settings
 from divespot.streaming import cores, paths_of, planned, scan_of
@@ -82,7 +82,9 @@ def measure(
     run = Progress(on_stage)
     with _client_or_own(client) as working:
         scan = run("read", _read, working, paths_of(paths), chosen, skip_damaged, on_stage)
-    return measure_cloud(cloud_of(scan, chosen), chosen, run)
+    report = pipeline.measure(scan, chosen, on_stage=on_stage)
+    read_s = run.timings_s["read"] + report.timings_s["read"]
+    return replace(report, timings_s={**report.timings_s, "read": read_s})
 
 
 @contextmanager
