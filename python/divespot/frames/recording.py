@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from contextlib import contextmanager
-import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 

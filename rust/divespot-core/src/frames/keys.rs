@@ -1,9 +1,9 @@
 //! Cells of space as numbers, and maps by them.
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::BuildHasherDefault;
 
-use crate::sample::mix;
+use crate::hashing::Mixed;
 
 /// What is known of cells.
 pub(crate) type Cells<T> = HashMap<u64, T, BuildHasherDefault<Mixed>>;
@@ -24,24 +24,6 @@ pub(crate) fn number(cell: [i64; 3]) -> Option<u64> {
 #[inline]
 pub(crate) fn cell(number: u64) -> [i64; 3] {
     [2 * BITS, BITS, 0].map(|by| (number >> by & ((1 << BITS) - 1)) as i64 - SPAN)
-}
-
-/// Hashes of keys that are numbers.
-#[derive(Default)]
-pub(crate) struct Mixed(u64);
-
-impl Hasher for Mixed {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.0 = mix(self.0 ^ u64::from(byte)));
-    }
-
-    fn write_u64(&mut self, key: u64) {
-        self.0 = mix(key);
-    }
 }
 
 #[cfg(test)]
