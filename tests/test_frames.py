@@ -184,6 +184,13 @@ def test_a_frame_that_fits_nowhere_is_left_out_and_named(rail: SimulatedFrames) 
     assert scan.registration.frames == 4
 
 
+def test_frames_far_apart_are_doubted() -> None:
+    taken = simulate.frames("shape-17", density=0.1)
+    assert fuse(taken.depth, taken.matrix).warnings == ()
+    said = fuse(taken.depth[[0, -1]], taken.matrix).warnings
+    assert any("overlap of 70 %" in w or "left out" in w for w in said)
+
+
 def test_an_empty_frame_is_left_out_and_only_empty_ones_refused(rail: SimulatedFrames) -> None:
     empty = np.zeros_like(rail.depth[:1])
     scan = fuse(np.concatenate([rail.depth, empty]), rail.matrix)

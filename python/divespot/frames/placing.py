@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 Kind: TypeAlias = Literal["planar", "radial"]
 
+#: A frame that shares less than this with those before may seem to fit where it does not belong.
+SHARED = 0.5
+
 #: Why a frame was left out, by the kernel's word for it.
 REASONS = {
     "empty": "it shows too little",
@@ -122,6 +125,21 @@ class Placed:
     cutter: _native.RawCutter
     lost: list[tuple[int, str]] = field(default_factory=list)
     slid: list[tuple[int, tuple[float, float, float]]] = field(default_factory=list)
+    apart: list[tuple[int, float]] = field(default_factory=list)
+
+    def note(
+        self,
+        number: int,
+        overlap: float,
+        _lying: float,
+        _sigma_m: float,
+        sliding: tuple[float, float, float] | None,
+    ) -> None:
+        """Note what there is to doubt of a frame that was placed."""
+        if sliding is not None:
+            self.slid.append((number, sliding))
+        if overlap < SHARED:
+            self.apart.append((number, overlap))
 
     def solve(self, *, exact: bool = False) -> _native.RawJoint:
         """Solve for all poses."""
@@ -159,8 +177,8 @@ def place(
             placed.lost.append((number, "no pose was given for it"))
         elif found is None:
             placed.lost.append((number, REASONS[why]))
-        elif found[3] is not None:
-            placed.slid.append((number, found[3]))
+        else:
+            placed.note(number, *found)
     if len(placed.lost) == len(view):
         number, why = placed.lost[0]
         raise NothingSeenError(

@@ -18,7 +18,7 @@ CAMERA_M = (0.15, 10.0)
 
 def warnings_of(view: Views, joint: _native.RawJoint, placed: Placed) -> tuple[str, ...]:
     """Say all that there is to say of frames that were fused."""
-    said = [*view.doubts, *lost(view, placed)]
+    said = [*view.doubts, *lost(view, placed), *apart(view, placed)]
     said += slid(view, joint, placed)
     said += far(view, joint)
     if len(view.source) > 1 and not joint.has_floor:
@@ -35,6 +35,19 @@ def lost(view: Views, placed: Placed) -> tuple[str, ...]:
         more = f" and {count - NAMED} more" if count > NAMED else ""
         said.append(f"{named}{more}: left out: {why}")
     return tuple(said)
+
+
+def apart(view: Views, placed: Placed) -> list[str]:
+    """Return a warning where frames share little with those before."""
+    named = ", ".join(
+        f"{view.source.names[number]} ({overlap:.0%})" for number, overlap in placed.apart[:NAMED]
+    )
+    more = f" and {len(placed.apart) - NAMED} more" if len(placed.apart) > NAMED else ""
+    said = (
+        f"{named}{more}: so little was seen before that it may lie elsewhere: an overlap of 70 % "
+        "or more is needed"
+    )
+    return [said] if placed.apart else []
 
 
 def slid(view: Views, joint: _native.RawJoint, placed: Placed) -> list[str]:
