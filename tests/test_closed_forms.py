@@ -104,7 +104,7 @@ def test_far_from_the_origin_the_volume_is_the_same(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-@pytest.mark.parametrize("angle_deg", [17.3, 45, 90, 123.4, 180, 300.1])
+@pytest.mark.parametrize("angle_deg", [17.3, 90, 300.1])
 def test_turned_about_z_the_volume_is_the_same(name: str, angle_deg: float) -> None:
     report = divespot.measure(turned(points(name), angle_deg))
     assert volume_m3(report) == pytest.approx(volume_m3(measured(name)), rel=1e-9)
