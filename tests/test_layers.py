@@ -33,8 +33,8 @@ HEIGHT = {room: height for height, rooms in enumerate(LAYERS.values()) for room 
 CORE_LAYERS = {
     "numbers": "crate cancel count error film fixed hypotenuse lzf material parallel places robust "
     "simple_polygon",
-    "points": "accumulator cloud dealt hashing moments nearest neighbors order plane pose positions "
-    "sample sensor strays survey voxel",
+    "points": "accumulator cloud dealt hashing moments nearest neighbors order plane pose "
+    "positions sample sensor strays survey voxel",
     "clusters": "hdbscan",
     "grid": "connectivity extent ground_peak heightmap histogram near_plane pieces slopes terrain "
     "tin",
