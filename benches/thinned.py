@@ -15,10 +15,12 @@ import divespot
 from divespot import simulate
 from divespot.scale import Accumulator
 
-#: Piles in the open, of a camera, of a drone, beside a sump; with things and people over them.
+#: Piles in the open, of a camera, of a drone, beside a sump; with things and people over them; at
+#: boards, benches, rims, cut faces and terraces.
 SCENES = (
     *("shape-01", "shape-05", "shape-09", "shape-16", "varied-flown", "levels-sump"),
-    *("over-conveyor", "over-person"),
+    *("over-conveyor", "over-person", "walls-boards", "walls-bench", "walls-rim", "cut-face"),
+    "levels-terrace",
 )
 
 #: Edges of the voxels, in point spacings, and the seed of the scenes.
