@@ -13,7 +13,7 @@ from divespot import DivespotError
 from divespot.cli import main
 from divespot.evaluate.outcome import PileOutcome
 from divespot.evaluate.rounds import KEPT
-from divespot.reproduce import EXPERIMENTS, Plan, from_frames, paper, reproduce
+from divespot.reproduce import EXPERIMENTS, Plan, from_frames, paper, plateaus, reproduce
 from divespot.reproduce.ablation import FIRST
 from divespot.reproduce.found import Found
 from divespot.reproduce.growth import exponent
@@ -199,7 +199,7 @@ def test_a_plan_needs_rounds(rounds: tuple[int, int]) -> None:
 
 def test_shapes_from_frames_show_each_step_of_the_registration() -> None:
     plan = Plan(rounds=1, side_rounds=1, density=0.1, frames=True)
-    assert experiments(plan)[-1] is from_frames.EXPERIMENT
+    assert experiments(plan)[-2] is from_frames.EXPERIMENT
     assert from_frames.EXPERIMENT not in experiments(TINY)
     asked = from_frames.rounds(plan)
     assert len(asked) == 18
@@ -210,6 +210,22 @@ def test_shapes_from_frames_show_each_step_of_the_registration() -> None:
     section = from_frames.section(Found(dict.fromkeys(asked, one), {}), plan)
     assert section.findings[0].holds
     assert "| 18 |" in section.markdown()
+
+
+def test_registration_closes_the_plateaus_of_a_floor() -> None:
+    plan = Plan(seed=4, rounds=1, side_rounds=1, side_density=0.07, frames=True)
+    assert experiments(plan)[-1] is plateaus.EXPERIMENT
+    asked = plateaus.rounds(plan)
+    assert len(asked) == 6
+    one = next(r for r in asked if (r.floor_of, r.stage) == ("shape-05", "plateaus")).result()
+    assert one["true"]["peaks"] > 1
+    assert one["true"]["spacing_m"] > 0.002
+    assert one["chained"]["apart_m"] < 0.5 * one["true"]["apart_m"]
+    assert one["solved"]["peaks"] == 1
+    assert abs(one["solved"]["ground_m"]["midpoint"]) < 0.002
+    section = plateaus.section(Found(dict.fromkeys(asked, one), {}), plan)
+    assert [picture.name for picture in section.pictures()] == ["plateaus"]
+    assert "15 mm, each on the one before" in section.markdown()
 
 
 def test_the_command_runs_its_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

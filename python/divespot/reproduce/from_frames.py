@@ -99,14 +99,24 @@ def _at_poses(taken: SimulatedFrames) -> dict[str, float | None]:
     return errors
 
 
+def onto(
+    found: Sequence[NDArray[np.float64]] | NDArray[np.float64],
+    true: Sequence[NDArray[np.float64]] | NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rotation and the shift that move cameras as a whole to their true places."""
+    ours, theirs = np.array(found), np.array(true)
+    u, _, v = np.linalg.svd(np.einsum("nij,nkj->ik", theirs[:, :3, :3], ours[:, :3, :3]))
+    rotation = u @ v
+    middle, there = (poses[:, :3, 3].mean(axis=0) for poses in (ours, theirs))
+    return rotation, there - rotation @ middle
+
+
 def off_m(
     found: Sequence[NDArray[np.float64]], true: Sequence[NDArray[np.float64]] | NDArray[np.float64]
 ) -> float:
     """Return the largest distance of a camera from its true place, the whole moved onto it."""
-    ours, theirs = np.array(found), np.array(true)
-    u, _, v = np.linalg.svd(np.einsum("nij,nkj->ik", theirs[:, :3, :3], ours[:, :3, :3]))
-    at, there = ours[:, :3, 3] @ (u @ v).T, theirs[:, :3, 3]
-    off = (at - at.mean(axis=0)) - (there - there.mean(axis=0))
+    rotation, shift_m = onto(found, true)
+    off = np.array(found)[:, :3, 3] @ rotation.T + shift_m - np.array(true)[:, :3, 3]
     return float(np.linalg.norm(off, axis=1).max())
 
 

@@ -29,7 +29,8 @@ class Plan:
     time_points
         Points of the scan whose running time is taken.
     frames
-        Whether the shapes are also taken from depth frames, `side_rounds` times each.
+        Whether the shapes, and floors that frames leave uneven, are also taken from depth frames,
+        `side_rounds` times each.
 
     """
 

@@ -19,6 +19,7 @@ from divespot.reproduce import (
     grounds,
     growth,
     methods,
+    plateaus,
     running,
     shapes,
 )
@@ -48,11 +49,13 @@ EXPERIMENTS = (
     growth.EXPERIMENT,
 )
 """The experiments in the order of the page; the running times come last."""
+FROM_FRAMES = (from_frames.EXPERIMENT, plateaus.EXPERIMENT)
+"""Those that register depth frames, before the running times."""
 
 
 def experiments(plan: Plan) -> tuple[Experiment, ...]:
     """Return those of a plan."""
-    return (*EXPERIMENTS, from_frames.EXPERIMENT) if plan.frames else EXPERIMENTS
+    return (*EXPERIMENTS, *FROM_FRAMES) if plan.frames else EXPERIMENTS
 
 
 def reproduce(
