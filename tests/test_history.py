@@ -108,7 +108,7 @@ def test_the_command_lists_exports_and_plots(tmp_path: Path) -> None:
     listed = run("history", path, "--site", "bay 1")
     assert listed.exit_code == 0, listed.output
     assert listed.stdout.startswith("2 measurements")
-    assert listed.stdout.count(" 0.00000 ± 0.0") == 1, "the change since the one before"
+    assert listed.stdout.count(" 0.0000 ± 0.0") == 1, "the change since the one before"
     out, picture = tmp_path / "out.csv", tmp_path / "out.png"
     assert run("history", path, "--csv", out).exit_code == 0
     with out.open(encoding="utf-8", newline="") as file:

@@ -19,6 +19,9 @@ pub(crate) type Rows<'py> = Bound<'py, PyArray2<f64>>;
 /// Beyond this, coordinates near the origin would lose their micrometres.
 const LARGEST_EXTENT: f64 = 1e9;
 
+/// Bytes of address space for the thread that a kernel runs on: its stack of 8 MiB, and as much of a heap.
+const THREAD: usize = 1 << 24;
+
 /// Bytes that kernels hold for each point, their own copy of it included, as the address space grew
 /// at a million points, and a tenth more.
 pub(crate) mod need {
@@ -61,7 +64,8 @@ macro_rules! copied {
 /// Raises `MemoryError` where a kernel would find no memory for so many points.
 fn reserve(points: &Bound<'_, PyAny>, bytes: usize) -> PyResult<()> {
     let count = points.len().unwrap_or(0);
-    memory_for(count.saturating_mul(bytes), || format!("{count} points")).map_err(raise)
+    memory_for(count.saturating_mul(bytes).saturating_add(THREAD), || format!("{count} points"))
+        .map_err(raise)
 }
 
 /// The finite points of an `(n, 3)` array and the number of its rows, for a kernel that needs so many
