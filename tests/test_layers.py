@@ -11,14 +11,14 @@ LAYERS = {
     "words": "_native base_name directions dot errors extras log materials numbers progress "
     "selection",
     "checks": "_arguments output",
-    "files": "io",
+    "files": "cores io",
     "settings": "_options _typed stages settings mass",
     "kernels": "accumulator clustering grid kernels plane spacing",
     "depth frames": "frames",
-    "stages": "sensor one_pass streaming intake lengths thinning clusters filters up pose gaps "
-    "frame strays surface ground_level earlier bases detection place_maps judgement objects holes "
-    "differences "
-    "outline_checks outline_place outline_features outline_file projection rounding",
+    "stages": "sensor too_large one_pass streaming intake lengths thinning clusters filters up "
+    "pose gaps frame strays surface ground_level earlier bases detection place_maps judgement "
+    "objects holes differences outline_checks outline_place outline_features outline_file "
+    "projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
     "method": "overview repeated pipeline comparing scale divespot",

@@ -15,6 +15,7 @@ import divespot.io.las_stretches
 import divespot.one_pass
 import divespot.scale.cluster
 import divespot.streaming
+import divespot.too_large
 from divespot import DivespotError, measure, scale
 from divespot.cli import main
 from test_streaming import CONES, bits, volume_m3, write_las, yard
@@ -54,7 +55,7 @@ def tiles(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 @pytest.fixture(autouse=True)
 def many_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(divespot.streaming, "MOST_HELD", 100_000)
+    monkeypatch.setattr(divespot.too_large, "MOST_HELD", 100_000)
     monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 30_000)
     monkeypatch.setattr(divespot.io.las_stretches, "STRETCH", 25_000)
     monkeypatch.setattr(divespot.scale.cluster, "TASK_POINTS", 25_000)

@@ -11,6 +11,7 @@ import pytest
 
 import divespot.one_pass
 import divespot.streaming
+import divespot.too_large
 from divespot import DivespotError, measure
 from divespot import io as dio
 from divespot.settings import Settings
@@ -67,7 +68,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stream from 100,000 points on, aiming at a quarter of them."""
-    monkeypatch.setattr(divespot.streaming, "MOST_HELD", 100_000)
+    monkeypatch.setattr(divespot.too_large, "MOST_HELD", 100_000)
     monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 40_000)
 
 
@@ -82,7 +83,7 @@ def test_streaming_moves_no_volume_by_much_of_its_uncertainty(
     scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = measure(scene)
-    monkeypatch.setattr(divespot.streaming, "MOST_HELD", 100_000)
+    monkeypatch.setattr(divespot.too_large, "MOST_HELD", 100_000)
     monkeypatch.setattr(divespot.streaming, "AIMED_VOXELS", 40_000)
     streamed = measure(scene)
     assert streamed.source.points == whole.source.points == 240_000
@@ -192,16 +193,16 @@ def test_a_damaged_file_is_refused_in_a_sentence(scene: Path, tmp_path: Path) ->
 
 
 def test_what_is_not_large_or_no_las_file_is_held(scene: Path, tmp_path: Path) -> None:
-    assert not divespot.streaming.is_too_large(str(scene), Settings())
+    assert not divespot.too_large.is_too_large(str(scene), Settings())
     np.save(tmp_path / "scan.npy", yard(1000))
-    assert not divespot.streaming.is_too_large(tmp_path / "scan.npy", Settings())
-    assert not divespot.streaming.is_too_large(tmp_path / "missing.laz", Settings())
+    assert not divespot.too_large.is_too_large(tmp_path / "scan.npy", Settings())
+    assert not divespot.too_large.is_too_large(tmp_path / "missing.laz", Settings())
 
 
 @pytest.mark.usefixtures("small")
 def test_the_papers_way_needs_every_point(scene: Path) -> None:
-    assert divespot.streaming.is_too_large(scene, Settings())
-    assert not divespot.streaming.is_too_large(scene, Settings.paper())
+    assert divespot.too_large.is_too_large(scene, Settings())
+    assert not divespot.too_large.is_too_large(scene, Settings.paper())
 
 
 @pytest.mark.usefixtures("small")
@@ -211,7 +212,7 @@ def test_points_are_counted_as_the_header_has_them(version: str, tmp_path: Path)
     for count, is_large in ((100_000, False), (100_001, True)):
         with laspy.open(tmp_path / "scan.las", mode="w", header=header) as writer:
             writer.write_points(laspy.ScaleAwarePointRecord.zeros(count, header=header))
-        found = divespot.streaming.is_too_large(tmp_path / "scan.las", Settings())
+        found = divespot.too_large.is_too_large(tmp_path / "scan.las", Settings())
         assert found == is_large
 
 
@@ -230,6 +231,6 @@ def test_of_an_octree_only_what_is_cropped_is_read(
     assert inside < sum(stretch.count for stretch in plan.stretches) < len(whole) / 2
     part = divespot.streaming.read(plan, 2)
     assert part.voxels.points == part.counts[0] - part.counts[1] == inside
-    monkeypatch.setattr(divespot.streaming, "MOST_HELD", len(whole) // 2)
-    assert divespot.streaming.is_too_large(path, Settings())
-    assert not divespot.streaming.is_too_large(path, settings)
+    monkeypatch.setattr(divespot.too_large, "MOST_HELD", len(whole) // 2)
+    assert divespot.too_large.is_too_large(path, Settings())
+    assert not divespot.too_large.is_too_large(path, settings)

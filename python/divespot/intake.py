@@ -18,7 +18,7 @@ from divespot.io.systems import require_system
 from divespot.projection import scale_of
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
-from divespot.streaming import is_too_large, streamed
+from divespot.too_large import is_too_large
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -197,6 +197,8 @@ def _scan(source: Scannable, settings: Settings) -> Scan:
         return source
     if isinstance(source, str | os.PathLike) or are_paths(source):
         if is_too_large(source, settings):
+            from divespot.streaming import streamed  # noqa: PLC0415 - few scans are so large
+
             return streamed(source, settings)
         crop = settings.crop
         return read(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from divespot._arguments import require_kind
 from divespot.bases import find_bases, unknown, whole_base
 from divespot.describe import describe, doubts, ground_in_scan, outlines
 from divespot.differences import is_held_against, measure_differences, unsure
@@ -29,18 +27,19 @@ from divespot.progress import Progress
 from divespot.repeated import measure_again
 from divespot.report import Total
 from divespot.rounding import Rounding
-from divespot.settings import Settings
+from divespot.settings import as_settings
 from divespot.strays import drop_strays
 from divespot.surface import find_surface, map_heights
 from divespot.thinning import even_out, take_survey
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from typing_extensions import Unpack
 
     from divespot._typed import Changes
     from divespot.intake import Cloud, Scannable
+    from divespot.settings import Settings
 
 
 def measure(
@@ -96,11 +95,7 @@ def measure(
     divespot.errors.DivespotError: unknown setting 'radus_m': one of unit, crs, ... is needed
 
     """
-    if isinstance(settings, Mapping):
-        settings = Settings().changed(**settings)
-    elif settings is not None:
-        require_kind("settings", settings, Settings)
-    s = (settings or Settings()).changed(**changes)
+    s = as_settings(settings, **changes)
     run = Progress(on_stage)
     cloud = run("read", load, source, s)
     return measure_again(measure_cloud, cloud, s, run) if s.repeat else measure_cloud(cloud, s, run)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from divespot._arguments import MOST_THREADS
+from divespot._arguments import MOST_THREADS, require_kind
 from divespot._options import (
     Checked,
     base,
@@ -30,7 +31,6 @@ from divespot.stages import Stages
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Mapping
 
     from typing_extensions import Unpack
 
@@ -203,6 +203,24 @@ class Settings(Checked):
         known = {**vars(self.stages), **vars(self)}
         missing: Any = {name: value for name, value in derived.items() if known[name] is None}
         return self.tuned(**missing)
+
+
+def as_settings(
+    settings: Settings | Mapping[str, Any] | None, **changes: Unpack[Changes]
+) -> Settings:
+    """Return what a caller gives as settings: these, or a dict of some, with changes by name.
+
+    Raises
+    ------
+    DivespotError
+        It is neither, a name is no setting, or a value out of range.
+
+    """
+    if isinstance(settings, Mapping):
+        settings = Settings().changed(**settings)
+    elif settings is not None:
+        require_kind("settings", settings, Settings)
+    return (settings or Settings()).changed(**changes)
 
 
 NAMES = tuple(item.name for item in dataclasses.fields(Settings))

@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import os
-import struct
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot.cores import cores
 from divespot.errors import DivespotError, NothingSeenError
 from divespot.io import UNITS, stretches
-from divespot.io.files import require_regular
 from divespot.io.las_filter import LasFilter
-from divespot.io.las_sample import ANY_SIZE, SIGNATURE
 from divespot.io.las_stretches import stretches_of
-from divespot.io.merge import are_paths, merged
+from divespot.io.merge import merged, paths_of
 from divespot.io.no_data import without_no_data
 from divespot.io.scan import Streamed
 from divespot.io.wanted import Wanted
-from divespot.io.web import is_url
 from divespot.log import log
 from divespot.one_pass import Pass, Plan
 from divespot.spacing import survey
+from divespot.too_large import in_plan
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -34,14 +30,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.accumulator import Held
-    from divespot.io.las_stretches import Rectangle, Stretch
+    from divespot.io.las_stretches import Stretch
     from divespot.io.scan import Scan
     from divespot.one_pass import Corners, Part
     from divespot.settings import Settings
-
-#: More points are streamed. Measuring takes 120 bytes a point where all are held: with as many, it
-#: stays within 1 GiB.
-MOST_HELD = 2**23
 
 #: Voxels that are aimed at. With edges twice as long, a quarter as many hold something. To measure
 #: them takes seconds, a fraction of what it takes to decode the fewest points that are streamed.
@@ -49,55 +41,6 @@ AIMED_VOXELS = 2**20
 
 #: Stretches of a survey from which the spacing follows, and points that are surveyed of each.
 STRETCHES = 40
-
-_HEADER = struct.Struct("<24xBB68xHIIBHI")
-_COUNT_64 = 247
-
-
-def is_too_large(source: Any, settings: Settings) -> bool:  # noqa: ANN401 - what a user gives
-    """Return whether these are LAS files with more points than are held.
-
-    The paper's way needs every point.
-    """
-    if settings.stages.ground_form == "level" or settings.columns is not None:
-        return False
-    paths = paths_of(source)
-    counts = [_count(path) for path in paths]
-    if None in counts or sum(filter(None, counts)) <= MOST_HELD:
-        return False
-    return settings.crop is None or _in_crop(paths, settings) > MOST_HELD
-
-
-def _in_crop(paths: Sequence[str], settings: Settings) -> int:
-    """Return how many points are read of what a crop leaves: of COPC files, not all."""
-    try:
-        parts = [stretches_of(path, _in_plan(settings)) for path in paths]
-    except DivespotError:
-        return 0  # what reads it in full says why
-    return sum(stretch.count for some in parts for stretch in some)
-
-
-def paths_of(source: Any) -> list[str]:  # noqa: ANN401 - as above
-    """Return the paths of a survey."""
-    return [os.fsdecode(path) for path in (source if are_paths(source) else [source])]
-
-
-def _count(path: str) -> int | None:
-    """Return how many points a file promises that begins as a LAS file."""
-    try:
-        if is_url(path):
-            return None
-        require_regular(Path(path), ANY_SIZE)
-        with Path(path).open("rb") as stream:
-            head = stream.read(_COUNT_64 + 8)
-        if not head.startswith(SIGNATURE):
-            return None
-        _, minor, *_, count = _HEADER.unpack_from(head)
-        if minor >= 4:
-            (count,) = struct.unpack_from("<Q", head, _COUNT_64)
-    except (OSError, DivespotError, struct.error):
-        return None  # what reads it in full says why
-    return int(count)
 
 
 def streamed(source: Any, settings: Settings) -> Scan:  # noqa: ANN401 - as above
@@ -146,7 +89,7 @@ def _found(
 ) -> tuple[Scan, list[Stretch]] | str:
     """Return a look at a file, and its stretches; what is wrong with it where that may be."""
     try:
-        parts = stretches_of(path, _in_plan(settings))
+        parts = stretches_of(path, in_plan(settings))
         return stretches(path, spread, unit=settings.unit, crs=settings.crs), parts
     except DivespotError as err:
         if not skip_damaged:
@@ -160,14 +103,6 @@ def _corners(settings: Settings, metres: float) -> Corners | None:
         return None
     low, high = (np.array(settings.crop).reshape(2, 3) * metres).tolist()
     return _triple(low), _triple(high)
-
-
-def _in_plan(settings: Settings) -> Rectangle | None:
-    """Return a crop's rectangle in the files' numbers."""
-    if settings.crop is None:
-        return None
-    x0, y0, _, x1, y1, _ = settings.crop
-    return x0, y0, x1, y1
 
 
 def _triple(numbers: Iterable[float]) -> tuple[float, float, float]:
@@ -217,12 +152,6 @@ def read(plan: Plan, threads: int) -> Part:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     return part
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    may_use = getattr(os, "sched_getaffinity", None)  # not every system tells
-    return len(may_use(0)) if may_use else os.cpu_count() or 1
 
 
 def _read_one(way: Pass, part: Part, adding: Lock, stretch: Stretch) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.errors import DivespotError
+from divespot.frames.views import Views
 from divespot.io import read
 
 if TYPE_CHECKING:
@@ -28,27 +29,9 @@ STEPS = 64
 MOST_PIXELS = 1 << 24
 
 
-@dataclass(frozen=True, eq=False)
-class CloudView:
-    """Clouds as frames: each has rays of its own, in the axes of its sensor at the origin.
-
-    Attributes
-    ----------
-    source
-        The clouds.
-    pitch
-        Angle between the rays of neighbours in the first.
-    threads
-        Threads to use; 0: all.
-    doubts
-        Nothing, as there are no intrinsics.
-
-    """
-
-    source: Frames
-    pitch: float
-    threads: int
-    doubts: tuple[str, ...] = ()
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CloudView(Views):
+    """Clouds as frames: each has rays of its own, in the axes of its sensor at the origin."""
 
     @classmethod
     def of(cls, source: Frames, threads: int) -> CloudView:
@@ -60,24 +43,13 @@ class CloudView:
         both_steps = [s[b] for s, b in zip(steps, both, strict=True) if b.any()]
         # A camera's pixels are widest in the middle.
         pitches = [float(np.quantile(step, 0.9)) for step in both_steps]
-        return cls(source, max(pitches, default=0.01), threads)
-
-    def __len__(self) -> int:
-        return len(self.source)
+        return cls(source=source, pitch=max(pitches, default=0.01), threads=threads)
 
     def frame(self, number: int) -> Frame:
         """Return a frame: what took it, and its ranges."""
         rays, ranges_m = _grid(_points(self.source, number))
         rows, columns = ranges_m.shape
         return _native.RawCamera(rays.reshape(-1, 3), (rows, columns)), ranges_m
-
-    def fusion(
-        self, joint: _native.RawJoint, voxel_m: float | None, wide: float
-    ) -> _native.RawFusion:
-        """Return voxels to add frames to."""
-        if voxel_m is None:
-            voxel_m = wide * joint.range_m * self.pitch
-        return _native.RawFusion(voxel_m, joint.noise, joint.range_m, self.threads)
 
 
 def _points(source: Frames, number: int) -> tuple[NDArray[np.float64], tuple[int, int] | None]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from divespot import _native
+from divespot.cores import cores
 from divespot.errors import DivespotError, NothingSeenError
 from divespot.frames.ahead import ahead
+from divespot.frames.views import Views
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from divespot.frames.intrinsics import Intrinsics
     from divespot.frames.source import Frames
-    from divespot.frames.views import Frame, Pose, Views
+    from divespot.frames.views import Frame, Pose
 
 Kind: TypeAlias = Literal["planar", "radial"]
 
@@ -34,14 +35,12 @@ REASONS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class View:
-    """The frames, as ranges along rays.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class View(Views):
+    """The frames of a camera, as ranges along its rays.
 
     Attributes
     ----------
-    source
-        The frames.
     camera
         Its rays.
     per_depth
@@ -49,22 +48,12 @@ class View:
         through.
     shape
         Rows and columns.
-    pitch
-        Angle between the rays of neighbours in the middle of the image.
-    threads
-        Threads to use; 0: all.
-    doubts
-        What there is to say of the intrinsics.
 
     """
 
-    source: Frames
     camera: _native.RawCamera
     per_depth: NDArray[np.float32]
     shape: tuple[int, int]
-    pitch: float
-    threads: int
-    doubts: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, source: Frames, lens: Intrinsics, kind: Kind, threads: int) -> View:
@@ -79,12 +68,15 @@ class View:
         per_depth = rays[:, 2] / rays[:, 2] if kind == "radial" else 1.0 / rays[:, 2]
         shaped = per_depth.astype(np.float32).reshape(rows, columns)
         shape = (rows, columns)
-        camera = _native.RawCamera(rays, shape)
-        pitch, doubts = _pitch(rays, shape), lens.doubts(rows, columns)
-        return cls(source, camera, shaped, shape, pitch, threads, doubts)
-
-    def __len__(self) -> int:
-        return len(self.source)
+        return cls(
+            source=source,
+            pitch=_pitch(rays, shape),
+            threads=threads,
+            doubts=lens.doubts(rows, columns),
+            camera=_native.RawCamera(rays, shape),
+            per_depth=shaped,
+            shape=shape,
+        )
 
     def frame(self, number: int) -> Frame:
         """Return a frame: what took it, and its ranges."""
@@ -100,14 +92,6 @@ class View:
                 f"{self.shape[1]} x {self.shape[0]}, as the first frame, are needed"
             )
         return np.asarray(depth * self.per_depth)
-
-    def fusion(
-        self, joint: _native.RawJoint, voxel_m: float | None, wide: float
-    ) -> _native.RawFusion:
-        """Return voxels to add frames to."""
-        if voxel_m is None:
-            voxel_m = wide * joint.range_m * self.pitch
-        return _native.RawFusion(voxel_m, joint.noise, joint.range_m, self.threads)
 
 
 def _pitch(rays: NDArray[np.float64], shape: tuple[int, int]) -> float:
@@ -162,7 +146,7 @@ def place(
 
     """
     # One frame is cut while the one before it is laid.
-    share = max(1, (view.threads or os.cpu_count() or 1) // 2)
+    share = max(1, (view.threads or cores()) // 2)
     placed = Placed(_native.RawTracker(share), _native.RawCutter(share))
     poses = [_start(given, number) for number in range(len(view))]
 

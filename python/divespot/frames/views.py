@@ -2,37 +2,48 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from divespot import _native
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from divespot import _native
     from divespot.frames.source import Frames
 
 Pose: TypeAlias = "list[list[float]]"
 Frame: TypeAlias = "tuple[_native.RawCamera, NDArray[np.float32]]"
 
 
-class Views(Protocol):
-    """Frames as ranges along rays."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Views(ABC):
+    """Frames as ranges along rays.
 
-    @property
-    def source(self) -> Frames:
-        """The frames as they came."""
+    Attributes
+    ----------
+    source
+        The frames as they came.
+    pitch
+        Angle between the rays of neighbours, where it is widest.
+    threads
+        Threads to use; 0: all.
+    doubts
+        What there is to say of how they were taken.
 
-    @property
-    def threads(self) -> int:
-        """Threads to use; 0: all."""
+    """
 
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """What there is to say of how they were taken."""
+    source: Frames
+    pitch: float
+    threads: int
+    doubts: tuple[str, ...] = ()
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        return len(self.source)
 
+    @abstractmethod
     def frame(self, number: int) -> Frame:
         """Return a frame: what took it, and its ranges."""
 
@@ -40,3 +51,6 @@ class Views(Protocol):
         self, joint: _native.RawJoint, voxel_m: float | None, wide: float
     ) -> _native.RawFusion:
         """Return voxels to add frames to, by default so many pixels wide."""
+        if voxel_m is None:
+            voxel_m = wide * joint.range_m * self.pitch
+        return _native.RawFusion(voxel_m, joint.noise, joint.range_m, self.threads)

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 # checked against its size beforehand.
 _BATCH_BYTES = 32 << 20
 _COMPRESSED_BIT = 0x80
+# Where a header has its minor version, and the first one whose counts have eight bytes.
+_MINOR_VERSION, _WIDE_COUNTS = 25, 4
 _FIRST_LAYERED_FORMAT = 6
 # Record id under 'laszip encoded', and its first number for points that are compressed one by one.
 _LASZIP, _POINTWISE = 22204, 1
@@ -87,14 +89,20 @@ def refused(err: BaseException) -> BaseException:
     return DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}"))
 
 
+def points_promised(data: Buffer) -> int:
+    """Return how many points a header promises; IndexError or struct.error where it ends early."""
+    kind, at = ("<Q", 247) if data[_MINOR_VERSION] >= _WIDE_COUNTS else ("<I", 107)
+    return int(struct.unpack_from(kind, data, at)[0])
+
+
 def check_header(data: Buffer) -> None:
     """Check all counts in the header against the file's size, before laspy believes them."""
     try:
-        version = data[25]
-        header_size, start, vlrs, kind, stride, count = struct.unpack_from("<HIIBHI", data, 94)
+        count = points_promised(data)
+        header_size, start, vlrs, kind, stride = struct.unpack_from("<HIIBH", data, 94)
         evlr_start = evlrs = 0
-        if version >= 4:
-            evlr_start, evlrs, count = struct.unpack_from("<QIQ", data, 235)
+        if data[_MINOR_VERSION] >= _WIDE_COUNTS:
+            evlr_start, evlrs = struct.unpack_from("<QI", data, 235)
         if kind & _COMPRESSED_BIT:
             _refuse_pointwise(data, header_size, vlrs)
             _check_chunk_table(data, start, count)

@@ -25,6 +25,11 @@ def are_paths(source: Any) -> TypeGuard[Sequence[Path]]:  # noqa: ANN401 - what 
     return is_listed and all(isinstance(path, str | os.PathLike) for path in source)
 
 
+def paths_of(source: Any) -> list[str]:  # noqa: ANN401 - as above
+    """Return the paths of a survey, of one file or of several."""
+    return [os.fsdecode(path) for path in (source if are_paths(source) else [source])]
+
+
 def merged(scans: Sequence[Scan]) -> Scan:
     """Return all points of scans in one frame and unit.
 

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from divespot import pipeline
-from divespot._arguments import require_kind
+from divespot.cores import cores
 from divespot.errors import DivespotError
 from divespot.extras import extra
+from divespot.io.merge import paths_of
 from divespot.one_pass import Part
 from divespot.progress import Progress
-from divespot.settings import Settings
-from divespot.streaming import cores, paths_of, planned, scan_of
+from divespot.settings import as_settings
+from divespot.streaming import planned, scan_of
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from typing_extensions import Unpack
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from divespot.io import Scan
     from divespot.io.las_stretches import Stretch
     from divespot.one_pass import Pass
+    from divespot.settings import Settings
 
 #: Points of a task, at most: a second of work, which is done again after a worker died. Of fewer,
 #: a thousand workers would wait for the scheduler. Each core is to have some tasks, at least.
@@ -74,11 +75,7 @@ def measure(
         (``pip install divespot[dask]``).
 
     """
-    if isinstance(settings, Mapping):
-        settings = Settings().changed(**settings)
-    elif settings is not None:
-        require_kind("settings", settings, Settings)
-    chosen = (settings or Settings()).changed(**changes)
+    chosen = as_settings(settings, **changes)
     run = Progress(on_stage)
     with _client_or_own(client) as working:
         scan = run("read", _read, working, paths_of(paths), chosen, skip_damaged, on_stage)

@@ -280,6 +280,20 @@ pub(crate) struct RawStill {
     still: Still,
 }
 
+impl RawStill {
+    /// Takes what a frame shows.
+    fn seen(
+        &mut self,
+        py: Python<'_>,
+        camera: &RawCamera,
+        ranges_m: &ReadonlyArray2<'_, f32>,
+        take: fn(&mut Still, &[f32]),
+    ) -> PyResult<()> {
+        let ranges_m = ranges(ranges_m, &camera.camera)?;
+        detached(py, || take(&mut self.still, &ranges_m))
+    }
+}
+
 #[pymethods]
 impl RawStill {
     #[new]
@@ -294,8 +308,7 @@ impl RawStill {
         camera: &RawCamera,
         ranges_m: ReadonlyArray2<'_, f32>,
     ) -> PyResult<()> {
-        let ranges_m = ranges(&ranges_m, &camera.camera)?;
-        detached(py, || self.still.vote(&ranges_m))
+        self.seen(py, camera, &ranges_m, Still::vote)
     }
 
     fn add(
@@ -304,8 +317,7 @@ impl RawStill {
         camera: &RawCamera,
         ranges_m: ReadonlyArray2<'_, f32>,
     ) -> PyResult<()> {
-        let ranges_m = ranges(&ranges_m, &camera.camera)?;
-        detached(py, || self.still.add(&ranges_m))
+        self.seen(py, camera, &ranges_m, Still::add)
     }
 
     fn averaged<'py>(&self, py: Python<'py>) -> PyResult<AveragedParts<'py>> {

@@ -10,6 +10,7 @@ mod tiles;
 
 pub use accumulate::{Accumulator, Held};
 pub use records::{Class, Records, Returns, Told, Wanted};
+pub(crate) use surface::ONE;
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@ use super::tiles::Tile;
 
 /// Two voxels of a column whose means are nearer than this part of an edge hold one surface: on a
 /// wall, means of neighbours are an edge apart.
-const ONE: f64 = 0.7;
+pub(crate) const ONE: f64 = 0.7;
 
 impl Accumulator {
     /// As [`Accumulator::held`], but a surface that a face between voxels parts is put together: the

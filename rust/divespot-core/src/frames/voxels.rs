@@ -1,13 +1,12 @@
 //! What pixels add up to in voxels, in integers, and the points that come of it.
 
 use crate::Point;
+use crate::accumulator::ONE;
 
 use super::keys::{Cells, cell, number};
 
 /// Parts of an edge.
 pub(crate) const PARTS: f64 = 65_536.0;
-/// Two voxels of a column nearer than this part of an edge hold one surface.
-const ONE: f64 = 0.7;
 /// Voxels along an edge of a brick: neighbours are looked up together.
 const EDGE: i64 = 4;
 const VOXELS: usize = 64;

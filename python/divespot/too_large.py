@@ -1,0 +1,73 @@
+"""Which scans are too large to be held."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from divespot.errors import DivespotError
+from divespot.io.files import require_regular
+from divespot.io.las import points_promised
+from divespot.io.las_sample import ANY_SIZE, SIGNATURE
+from divespot.io.merge import paths_of
+from divespot.io.web import is_url
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from divespot.io.las_stretches import Rectangle
+    from divespot.settings import Settings
+
+#: More points are streamed. Measuring takes 120 bytes a point where all are held: with as many, it
+#: stays within 1 GiB.
+MOST_HELD = 2**23
+
+#: Bytes of the longest LAS header, up to its count of points.
+_HEADER_BYTES = 255
+
+
+def is_too_large(source: Any, settings: Settings) -> bool:  # noqa: ANN401 - what a user gives
+    """Return whether these are LAS files with more points than are held.
+
+    The paper's way needs every point.
+    """
+    if settings.stages.ground_form == "level" or settings.columns is not None:
+        return False
+    paths = paths_of(source)
+    counts = [_count(path) for path in paths]
+    if None in counts or sum(filter(None, counts)) <= MOST_HELD:
+        return False
+    return settings.crop is None or _in_crop(paths, settings) > MOST_HELD
+
+
+def _in_crop(paths: Sequence[str], settings: Settings) -> int:
+    """Return how many points are read of what a crop leaves: of COPC files, not all."""
+    from divespot.io.las_stretches import stretches_of  # noqa: PLC0415 - for crops alone
+
+    try:
+        parts = [stretches_of(path, in_plan(settings)) for path in paths]
+    except DivespotError:
+        return 0  # what reads it in full says why
+    return sum(stretch.count for some in parts for stretch in some)
+
+
+def _count(path: str) -> int | None:
+    """Return how many points a file promises that begins as a LAS file."""
+    try:
+        if is_url(path):
+            return None
+        require_regular(Path(path), ANY_SIZE)
+        with Path(path).open("rb") as stream:
+            head = stream.read(_HEADER_BYTES)
+        return points_promised(head) if head.startswith(SIGNATURE) else None
+    except (OSError, DivespotError, IndexError, struct.error):
+        return None  # what reads it in full says why
+
+
+def in_plan(settings: Settings) -> Rectangle | None:
+    """Return a crop's rectangle in the files' numbers."""
+    if settings.crop is None:
+        return None
+    x0, y0, _, x1, y1, _ = settings.crop
+    return x0, y0, x1, y1
