@@ -21,6 +21,7 @@ from divespot import Budget, Ground, Pile, Settings, Source, Stages, Total
 from divespot.cli.options import GROUPS
 from divespot.directions import Position
 from divespot.level import Level
+from divespot.reasons import Reason
 from divespot.report import SCHEMA, Report
 from divespot.up import UpFrom
 
@@ -39,6 +40,7 @@ NAMES = {record.__name__: record for record in (*RECORDS, Level)} | {
     "Mapping": Mapping,
     "NDArray": Any,
     "Position": Position,
+    "Reason": Reason,
     "UpFrom": UpFrom,
     "os": os,
 }
@@ -123,7 +125,8 @@ def schema() -> Json:
     }
     records = {record.__name__: record_schema(record) for record in RECORDS}
     other = record_schema(Pile)
-    other["properties"]["reason"] = other["properties"]["reason"] | {"type": "string"}
+    said = attributes(Pile)["reason"]
+    other["properties"]["reason"] = {"description": said, **schema_of(Reason)}
     records |= {"Pile": record_schema(Pile, without=("reason",)), "OtherObject": other}
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": SCHEMA}
     return {**head, **_object(fields), "$defs": records}

@@ -13,8 +13,8 @@ import pytest
 import divespot
 from divespot import Comparison
 from divespot.detection import Spread
-from divespot.judgement import AT_EDGE, IN_BOTH, NOT_DETECTED
 from divespot.place_maps import inner
+from divespot.reasons import AT_EDGE, IN_BOTH, NOT_DETECTED
 from divespot.simulate import scan, scene_named
 from test_differences import noisy, plan
 

@@ -9,7 +9,7 @@ from imports import Graph, circles, python_imports, rust_imports
 #: The package's layers, the lowest first: each imports from itself and from those before it.
 LAYERS = {
     "words": "_native base_name directions dot errors extras log materials numbers progress "
-    "selection",
+    "reasons selection",
     "checks": "_arguments output",
     "files": "cores io",
     "settings": "_options _typed stages settings mass",

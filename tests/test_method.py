@@ -9,13 +9,13 @@ from typing import get_args
 
 import pytest
 
-from divespot.budget import Budget
-from divespot.report import COMMON
+from divespot.budget import COMMON, Budget
+from divespot.reasons import Reason
 from divespot.up import UpFrom
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 METHOD = (DOCS / "method.md").read_text(encoding="utf-8")
-BINDING = DOCS.parent / "rust" / "divespot-py" / "src" / "piles.rs"
+REASONS = DOCS.parent / "rust" / "divespot-core" / "src" / "piles" / "reason.rs"
 
 
 def rows(heading: str) -> list[list[str]]:
@@ -32,10 +32,13 @@ def test_the_budget_has_these_terms() -> None:
 
 
 def test_these_are_the_reasons() -> None:
-    reasons = re.findall(
-        r'(?:Reason::\w+ => |reason: Some\()"(.+)"', BINDING.read_text(encoding="utf-8")
-    )
-    assert sorted(row[0] for row in rows("`reason`")) == sorted(reasons)
+    told = [row[0] for row in rows("`reason`") + rows("reason")]
+    assert sorted(told) == sorted(get_args(Reason))
+
+
+def test_the_kernels_reasons_are_among_them() -> None:
+    kernels = re.findall(r'Self::\w+ => "(.+)"', REASONS.read_text(encoding="utf-8"))
+    assert tuple(kernels) == get_args(Reason)[: len(kernels)]
 
 
 def test_up_is_taken_from_this() -> None:

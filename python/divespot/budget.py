@@ -6,6 +6,9 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+#: Terms that all piles of a scan have in common: over many piles they add up.
+COMMON = ("registration_m3", "base_m3", "scale_m3", "rounding_m3")
+
 
 @dataclass(frozen=True)
 class Budget:

@@ -14,6 +14,7 @@ from divespot.dot import dot
 from divespot.level import Outline
 from divespot.mass import density_of, mass_kg
 from divespot.pose import FLAT_SHARE
+from divespot.reasons import TOO_LITTLE_SEEN
 from divespot.report import COVERAGE, Ground, Pile
 from divespot.settings import given
 
@@ -86,8 +87,7 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
 ) -> Pile:
     centroid_m, *outline_m = _in_scan([raw.centroid_m, *raw.outline_m], frame)
     factor = settings.stages.factor
-    terms = [term.name for term in dataclasses.fields(Budget) if hasattr(raw, term.name)]
-    own = {term: factor * getattr(raw, term) for term in terms}
+    own = {term: factor * u_m3 for term, u_m3 in raw.budget.items()}
     budget = Budget(**own, rounding_m3=factor * rounding.u_m3(raw))
     if registration is not None and not measured.spread.edges_m:
         registration_m3 = factor * _registration_m3(raw, registration)
@@ -175,7 +175,7 @@ def doubts(
         f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "
         "its volume is an estimate and not in the total"
         for item in others
-        if item.reason == "too little seen"
+        if item.reason == TOO_LITTLE_SEEN
     ]
     for pile in piles:
         found += _doubts_of(pile, settings)

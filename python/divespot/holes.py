@@ -9,6 +9,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.objects import Measured, measuring
+from divespot.reasons import NOT_CLEAR, THIN
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
 
 #: Reasons for which a hill of the surface turned upside down is no hole either.
-NONE = ("not clear of the ground", "thin")
+NONE = (NOT_CLEAR, THIN)
 
 
 def with_holes(measured: Measured, grid: HeightMap, bases: Bases, settings: Settings) -> Measured:

@@ -10,6 +10,7 @@ import numpy as np
 
 from divespot.detection import NO_SPREAD, Spread
 from divespot.place_maps import inner, numbered, slopes_of, tops_m
+from divespot.reasons import AT_EDGE, IN_BOTH, NOT_DETECTED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,16 +20,7 @@ if TYPE_CHECKING:
     from divespot._native import RawObject
     from divespot.earlier import Seen
     from divespot.grid import HeightMap
-
-#: Why a place is not counted that may be nothing.
-NOT_DETECTED = "below the level of detection"
-
-#: Why a place is not counted where something stands in both surveys, over which the surface of one
-#: of them ran.
-IN_BOTH = "stands in both surveys"
-
-#: Why a place is not counted of which all that differs lies where a scan ends.
-AT_EDGE = "at the edge of what was seen"
+    from divespot.reasons import Reason
 
 #: From this share of its area, or of its height, on, what differs is what stood there before.
 MOSTLY = 0.5
@@ -148,13 +140,13 @@ class _Place:
     def judged(self, spread: Spread) -> RawObject:
         """Return the place with its uncertainty, and why it is not counted."""
         sure = self._sure(spread)
-        return sure.judged(sure.registration_m3, self.raw.reason or self._reason(spread))
+        return sure.judged(sure.budget["registration_m3"], self.raw.reason or self._reason(spread))
 
     def is_clear(self, spread: Spread) -> bool:
         """Return whether so large a volume is told from none."""
         return abs(self.raw.cut_m3 - self.raw.fill_m3) >= self._limit_m3(spread)
 
-    def _reason(self, spread: Spread) -> str | None:
+    def _reason(self, spread: Spread) -> Reason | None:
         if self.stood:
             return IN_BOTH
         if not self.is_clear(spread):
@@ -171,5 +163,5 @@ class _Place:
         is of the same errors.
         """
         u_spread_m3 = spread.u_m3(self.raw.footprint_m2, self.rise_m2)
-        beyond_m3 = math.sqrt(max(u_spread_m3**2 - self.raw.base_m3**2, 0.0))
-        return self.raw.judged(max(self.raw.registration_m3, beyond_m3), self.raw.reason)
+        beyond_m3 = math.sqrt(max(u_spread_m3**2 - self.raw.budget["base_m3"] ** 2, 0.0))
+        return self.raw.judged(max(self.raw.budget["registration_m3"], beyond_m3), self.raw.reason)

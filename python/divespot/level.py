@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from divespot.frame import Frame
     from divespot.gaps import Gaps
     from divespot.grid import HeightMap
+    from divespot.reasons import Reason
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Outline:
     """The outline of an object in the level frame, and why it is no pile; None for a pile."""
 
     corners_m: tuple[Position, ...]
-    reason: str | None
+    reason: Reason | None
 
 
 @dataclass(frozen=True, eq=False)

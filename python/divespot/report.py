@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from divespot import _native
 from divespot._arguments import whole
 from divespot.base_name import BaseName
+from divespot.budget import COMMON
 from divespot.errors import DivespotError
 from divespot.mass import total_mass_kg
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from divespot.errors import Status
     from divespot.intake import Source
     from divespot.level import Level
+    from divespot.reasons import Reason
     from divespot.settings import Settings
     from divespot.up import UpFrom
 
@@ -29,9 +31,6 @@ SCHEMA = "divespot.report/1"
 
 #: Coverage factor: an expanded uncertainty of 95 % is so many standard uncertainties (GUM 6.3.3).
 COVERAGE = 2.0
-
-#: Terms of the budget that all piles of a scan have in common.
-COMMON = ("registration_m3", "base_m3", "scale_m3", "rounding_m3")
 
 #: Most blanks by which JSON is indented.
 MOST_INDENT = 100
@@ -111,7 +110,7 @@ class Pile:
     repeat_m3: float | None = None
     name: str | None = None
     material: str | None = None
-    reason: str | None = None
+    reason: Reason | None = None
 
 
 @dataclass(frozen=True)

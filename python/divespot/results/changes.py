@@ -10,7 +10,7 @@ import numpy as np
 
 from divespot.differences import TOO_LITTLE
 from divespot.doors import Comparison
-from divespot.judgement import NOT_DETECTED
+from divespot.reasons import NOT_DETECTED
 from divespot.results.comparison import Change, Match, Place, changed, shift_in_scan_m
 from divespot.results.pile_matching import both_labels, labels, matched, slopes_between
 from divespot.results.telling import counted
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from divespot.intake import Source
     from divespot.level import Level
+    from divespot.reasons import Reason
     from divespot.report import Pile, Report
     from divespot.results.comparison import Fit
 
@@ -56,7 +57,7 @@ class _Ground:
         rise = float(self.slopes[0][at].sum()) * cell_m2, float(self.slopes[1][at].sum()) * cell_m2
         u = math.hypot(pile.budget.combined_m3(), u_alignment, self._u_beside_m3(rise))
         limit = self.fit.spread.clear_by(pile.footprint_m2) * u
-        below = NOT_DETECTED if abs(pile.volume_m3) < limit else None
+        below: Reason | None = NOT_DETECTED if abs(pile.volume_m3) < limit else None
         return _Found(pile, at, u_alignment, rise, limit, pile.reason or below)
 
     def _u_beside_m3(self, rise_m2: tuple[float, float]) -> float:
@@ -100,7 +101,7 @@ class _Found:
     u_alignment_m3: float
     rise_m2: tuple[float, float]
     limit_m3: float
-    reason: str | None
+    reason: Reason | None
 
 
 def comparison_of(

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from divespot import _native
-from divespot.report import COMMON, COVERAGE, finite
+from divespot.budget import COMMON
+from divespot.report import COVERAGE, finite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from divespot.directions import Position
     from divespot.intake import Source
     from divespot.level import Level
+    from divespot.reasons import Reason
     from divespot.report import Pile, Report
     from divespot.results.alignment import Alignment
     from divespot.results.sideways import Sideways
@@ -67,7 +69,7 @@ class Place:
     touches_edge: bool
     piles: tuple[int, ...]
     piles_before: tuple[int, ...]
-    reason: str | None = None
+    reason: Reason | None = None
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,10 @@
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{
-    self, Base, Budget, Found, Kind, Marked, Object, Reason, Region, Seen, Settings,
+    self, Base, Budget, Found, Kind, Marked, Object, Region, Seen, Settings,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::array::{ReadonlyArray1, ReadonlyArray2};
 use crate::bases::RawBase;
@@ -11,6 +12,20 @@ use crate::interrupt::{attempted, detached};
 
 /// A position as a tuple.
 type Place = (f64, f64, f64);
+
+/// The terms of an uncertainty, in Python a dict.
+#[derive(Clone)]
+struct Terms(Budget);
+
+impl<'py> IntoPyObject<'py> for Terms {
+    type Target = PyDict;
+    type Output = Bound<'py, PyDict>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        self.0.terms().into_py_dict(py)
+    }
+}
 
 /// What the core knows of one object; lengths in the levelled frame.
 #[pyclass(frozen, get_all)]
@@ -29,34 +44,20 @@ pub(crate) struct RawObject {
     leans_on_wall: bool,
     base: &'static str,
     reason: Option<String>,
-    noise_m3: f64,
-    base_m3: f64,
-    footprint_m3: f64,
-    filled_m3: f64,
-    grid_m3: f64,
-    registration_m3: f64,
-    scale_m3: f64,
+    budget: Terms,
 }
 
 #[pymethods]
 impl RawObject {
     /// The same object, for another judgement of how sure it is and whether it counts.
     fn judged(&self, registration_m3: f64, reason: Option<String>) -> Self {
-        Self { registration_m3, reason, ..self.clone() }
+        let budget = Terms(Budget { registration_m3, ..self.budget.0 });
+        Self { budget, reason, ..self.clone() }
     }
 
     /// The standard uncertainty that the terms add up to.
     fn combined_m3(&self) -> f64 {
-        let budget = Budget {
-            noise_m3: self.noise_m3,
-            base_m3: self.base_m3,
-            footprint_m3: self.footprint_m3,
-            filled_m3: self.filled_m3,
-            grid_m3: self.grid_m3,
-            registration_m3: self.registration_m3,
-            scale_m3: self.scale_m3,
-        };
-        budget.combined_m3()
+        self.budget.0.combined_m3()
     }
 
     /// The hole that was measured as a hill of the surface turned upside down.
@@ -94,29 +95,9 @@ impl From<Object> for RawObject {
                 Kind::Ground => "ground",
                 Kind::Given => "given",
             },
-            reason: object.reason.map(|reason| named(reason).to_owned()),
-            noise_m3: object.budget.noise_m3,
-            base_m3: object.budget.base_m3,
-            footprint_m3: object.budget.footprint_m3,
-            filled_m3: object.budget.filled_m3,
-            grid_m3: object.budget.grid_m3,
-            registration_m3: object.budget.registration_m3,
-            scale_m3: object.budget.scale_m3,
+            reason: object.reason.map(|reason| reason.text().to_owned()),
+            budget: Terms(object.budget),
         }
-    }
-}
-
-/// Why an object is no pile, in words.
-fn named(reason: Reason) -> &'static str {
-    match reason {
-        Reason::SteepSides => "steep sides",
-        Reason::Thin => "thin",
-        Reason::Shadow => "beside a shadow",
-        Reason::Floating => "floating",
-        Reason::Apart => "apart from the ground",
-        Reason::TooLittleSeen => "too little seen",
-        Reason::CutOff => "cut off by the scan's edge",
-        Reason::NotClear => "not clear of the ground",
     }
 }
 

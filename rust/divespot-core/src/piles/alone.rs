@@ -1,7 +1,7 @@
 //! Every pile by itself: without the walls it leans on and the piles that touch it.
 
 use super::base::Base;
-use super::object::{above_base, why_no_pile};
+use super::object::{above_base, shape};
 use super::patch::Patch;
 use super::ring::ring_plane;
 use super::scene::Scene;
@@ -39,7 +39,7 @@ fn at_walls(
     scene: &Scene<'_>,
     settings: &Settings,
 ) -> (Patch, Patch) {
-    let is_pile = why_no_pile(&found, base, settings).is_none();
+    let is_pile = shape(&found, base, settings).could_be_poured();
     let (found, whole) = (wall::up_to_walls(found, base), wall::up_to_walls(whole, base));
     if !is_pile {
         return (found, whole);

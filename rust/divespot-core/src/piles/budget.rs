@@ -40,13 +40,23 @@ impl Budget {
     /// Standard uncertainty of the volume.
     #[must_use]
     pub fn combined_m3(&self) -> f64 {
+        self.terms().iter().map(|(_, u_m3)| u_m3 * u_m3).sum::<f64>().sqrt()
+    }
+
+    /// Every term by its name.
+    #[must_use]
+    pub fn terms(&self) -> [(&'static str, f64); 7] {
         let Self { noise_m3, registration_m3, base_m3, footprint_m3, filled_m3, grid_m3, scale_m3 } =
             *self;
-        [noise_m3, registration_m3, base_m3, footprint_m3, filled_m3, grid_m3, scale_m3]
-            .iter()
-            .map(|u| u * u)
-            .sum::<f64>()
-            .sqrt()
+        [
+            ("noise_m3", noise_m3),
+            ("registration_m3", registration_m3),
+            ("base_m3", base_m3),
+            ("footprint_m3", footprint_m3),
+            ("filled_m3", filled_m3),
+            ("grid_m3", grid_m3),
+            ("scale_m3", scale_m3),
+        ]
     }
 
     /// The budget of the object in `patch`, whose heights above the base are `gaps.above_m`.

@@ -4,8 +4,8 @@
 //! what registration left. It is no pile unless more of it is there than may be nothing.
 
 use super::object::Object;
+use super::reason::Reason;
 use super::settings::Settings;
-use super::shape::Reason;
 
 /// A volume of fewer standard uncertainties may be nothing: u95 reaches down to it.
 const DETECTED: f64 = 2.0;

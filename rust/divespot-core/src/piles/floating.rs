@@ -7,7 +7,7 @@
 use super::flat_top::points_over;
 use super::found::Found;
 use super::object::Object;
-use super::shape::Reason;
+use super::reason::Reason;
 use crate::heightmap::Grid;
 
 /// An object floats if the surface below it shows at least this share of the points that it has

@@ -6,12 +6,12 @@ use super::around::Around;
 use super::base::Base;
 use super::divided::Divided;
 use super::found::Found;
-use super::object::{Object, object, why_no_pile};
+use super::object::{Object, object, shape};
 use super::patch::{Patch, Reach};
+use super::reason::Reason;
 use super::ring::ring_plane;
 use super::scene::Scene;
 use super::settings::Settings;
-use super::shape::Reason;
 use super::things::Things;
 use super::{alone, clear, hidden, shadow};
 use crate::cancel::Polled;
@@ -193,7 +193,7 @@ fn with_flanks(
     let mut bases = bases(found, planes, settings);
     // Only a pile stands at an angle of repose.
     for (n, patch) in found {
-        if why_no_pile(patch, &bases[n], settings).is_some() {
+        if !shape(patch, &bases[n], settings).could_be_poured() {
             bases.remove(n);
         }
     }

@@ -1,12 +1,13 @@
 //! One object: its volume above its base, and what there is to say of it.
 
-use super::base::{Base, Kind};
+use super::base::Base;
 use super::budget::Budget;
+use super::classify::{Evidence, Shape};
 use super::part_height::part_height;
 use super::patch::{Patch, Zone};
+use super::reason::Reason;
 use super::ring::{ring, ring_base, ring_plane};
 use super::settings::Settings;
-use super::shape::{self, Reason};
 use super::{banks, gaps, outline, wall};
 use crate::cancel::Polled;
 use crate::count::to_f64;
@@ -49,12 +50,6 @@ pub struct Object {
 
 /// A toe with this share of its cells beyond what was seen is cut off.
 pub(crate) const CUT_OFF: f64 = 0.1;
-/// With more of it cut off than this, it fills the view.
-const FILLS_VIEW: f64 = 0.5;
-
-/// With less of its footprint seen than this, a pile's volume is no measurement any more: its crest
-/// and more than half of its surface would be assumed.
-const LEAST_SEEN: f64 = 0.4;
 
 /// Measures `patch`, the object with its flanks; `found`, without them, tells whether it is a pile.
 pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Object {
@@ -70,7 +65,13 @@ pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settin
     let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
     let whole = share(&mut covered.iter());
     let seen_fraction = seen / whole.max(f64::MIN_POSITIVE);
-    let too_little = (seen_fraction < LEAST_SEEN).then_some(Reason::TooLittleSeen);
+    let evidence = Evidence {
+        shape: shape_above_ground(found, &base, settings),
+        own_base: settings.base.is_none().then_some(&base),
+        seen_fraction,
+        beyond_edge: beyond_edge(patch),
+    };
+    let reason = evidence.why_no_pile();
     let compared = settings.compared.iter();
     Object {
         label,
@@ -86,20 +87,20 @@ pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settin
         seen_fraction,
         touches_edge: touches_edge(patch),
         leans_on_wall: wall::leans(patch),
-        reason: reason(found, &base, settings).or(too_little).or(cut_off(patch, &base, settings)),
+        reason,
         base,
     }
 }
 
-/// Why it is no pile, by its height above the ground around it, whatever base was asked for.
-fn reason(found: &Patch, local: &Base, settings: &Settings) -> Option<Reason> {
+/// What stands clear of the ground around the object, whatever base was asked for.
+fn shape_above_ground<'a>(found: &'a Patch, local: &Base, settings: &Settings) -> Shape<'a> {
     let around = || ring_plane(found).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
     let ground = if settings.base.is_none() { local.clone() } else { around() };
-    why_no_pile(found, &ground, settings)
+    shape(found, &ground, settings)
 }
 
-pub(crate) fn why_no_pile(found: &Patch, ground: &Base, settings: &Settings) -> Option<Reason> {
-    shape::why_no_pile(found, &above_base(found, ground), settings.margin_m)
+pub(crate) fn shape<'a>(found: &'a Patch, ground: &Base, settings: &Settings) -> Shape<'a> {
+    Shape { patch: found, above_m: above_base(found, ground), margin_m: settings.margin_m }
 }
 
 /// The base that was asked for, as it is below this object.
@@ -182,11 +183,4 @@ fn beyond_edge(patch: &Patch) -> f64 {
     let cut = patch.cells(Zone::Core).filter(|&cell| patch.border[cell]).count();
     let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + cut;
     to_f64(beyond) / to_f64((toe.len() + cut).max(1))
-}
-
-/// A pile that fills the view: it runs out of the scan on most sides, and what was seen of the
-/// ground on one of them may be anything.
-fn cut_off(patch: &Patch, base: &Base, settings: &Settings) -> Option<Reason> {
-    let unknown = settings.base.is_none() && matches!(base.kind, Kind::RingLevel | Kind::Ground);
-    (unknown && beyond_edge(patch) > FILLS_VIEW).then_some(Reason::CutOff)
 }

@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use super::object::Object;
-use super::shape::Reason;
+use super::reason::Reason;
 use crate::count::to_f64;
 use crate::extent::beyond;
 use crate::heightmap::Grid;

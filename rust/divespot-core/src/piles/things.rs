@@ -2,8 +2,8 @@
 
 use super::found::Found;
 use super::object::Object;
+use super::reason::Reason;
 use super::settings::Settings;
-use super::shape::Reason;
 use super::{flat_top, floating};
 use crate::cancel::Polled;
 use crate::connectivity::NOBODY;
