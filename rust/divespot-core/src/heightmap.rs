@@ -7,6 +7,7 @@ use std::ops::Range;
 use crate::cancel::Polled;
 use crate::error::{Error, Result, memory_for, positive};
 use crate::fixed::Fixed;
+use crate::material::NEVER_STEEPER;
 use crate::parallel::{fill_chunks, map_chunks};
 use crate::{Bounds, Places, Point, thread_count};
 
@@ -311,8 +312,8 @@ fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {
 
 /// The slope along axis `k`, from one neighbour to the other or to the cell itself.
 ///
-/// Taken as nought where it is steeper than two in one: no heap is, it is an edge between two
-/// surfaces, and the mean of what was seen is the better height.
+/// Zero where it is steeper than any material stands: that is an edge between two surfaces, and the
+/// mean of the points is the better height.
 fn slope(grid: &Grid, means: &[Option<Point>], cell: usize, k: usize) -> f64 {
     let along = |step: isize| {
         let (dx, dy) = if k == 0 { (step, 0) } else { (0, step) };
@@ -320,7 +321,7 @@ fn slope(grid: &Grid, means: &[Option<Point>], cell: usize, k: usize) -> f64 {
     };
     let (Some(a), Some(b)) = (along(-1), along(1)) else { return 0.0 };
     let (run, rise) = (b[k] - a[k], b[2] - a[2]);
-    if run >= 0.5 * grid.cell_m && rise.abs() <= 2.0 * run { rise / run } else { 0.0 }
+    if run >= 0.5 * grid.cell_m && rise.abs() <= NEVER_STEEPER * run { rise / run } else { 0.0 }
 }
 
 /// Material above and below a base.

@@ -1,9 +1,7 @@
 //! How high the part of a cell that counts stands.
 
 use super::patch::Patch;
-
-/// No heap is steeper than two in one; a step is an edge between two surfaces.
-const STEEPEST: f64 = 2.0;
+use crate::material::NEVER_STEEPER;
 
 /// The mean height above the base of the part of a cell that counts.
 ///
@@ -27,5 +25,5 @@ fn slope(patch: &Patch, heights: &[f64], cell: usize, k: usize) -> f64 {
         (None, Some(b)) => (b - heights[cell]) / patch.grid.cell_m,
         (None, None) => 0.0,
     };
-    if slope.abs() <= STEEPEST { slope } else { 0.0 }
+    if slope.abs() <= NEVER_STEEPER { slope } else { 0.0 }
 }

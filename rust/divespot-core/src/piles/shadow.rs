@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 
 use super::object::Object;
 use super::reason::Reason;
+use crate::connectivity::{EIGHT, components};
 use crate::count::to_f64;
 use crate::extent::beyond;
 use crate::heightmap::Grid;
@@ -67,30 +68,19 @@ fn summit(object: &Object) -> Vec<[f64; 3]> {
 /// Connected regions of cells that were not seen, though the scan goes on around them.
 struct Shadows<'a> {
     grid: &'a Grid,
-    /// The region of each unseen cell, by its first cell.
+    /// The region of each unseen cell, by its number.
     region: Vec<Option<usize>>,
 }
 
 impl<'a> Shadows<'a> {
     fn of(grid: &'a Grid, heights_m: &[f64]) -> Self {
         let beyond = beyond(grid, heights_m);
-        let unseen: Vec<bool> =
-            heights_m.iter().zip(beyond).map(|(h, b)| h.is_nan() && !b).collect();
-        let mut shadows = Self { grid, region: vec![None; grid.len()] };
-        for first in (0..grid.len()).filter(|&cell| unseen[cell]) {
-            shadows.spread(first, &unseen);
+        let unseen = heights_m.iter().zip(beyond).map(|(h, b)| h.is_nan() && !b).collect();
+        let mut region = vec![None; grid.len()];
+        for (number, cells) in components(grid, unseen, &EIGHT).iter().enumerate() {
+            cells.iter().for_each(|&cell| region[cell] = Some(number));
         }
-        shadows
-    }
-
-    fn spread(&mut self, first: usize, unseen: &[bool]) {
-        let mut front = vec![first];
-        while let Some(cell) = front.pop() {
-            if unseen[cell] && self.region[cell].is_none() {
-                self.region[cell] = Some(first);
-                front.extend(self.grid.around(cell, 1));
-            }
-        }
+        Self { grid, region }
     }
 
     /// Whether an object lies around most of a shadow's edge.
