@@ -1,4 +1,7 @@
-//! Every pile by itself: without the walls it leans on and the piles that touch it.
+//! Splits one object into its piles, without the walls they lean on.
+//!
+//! Touching piles are parted by a watershed (`valley`), after the object has been clipped at walls
+//! and continued to their faces (`wall`, `face`).
 
 use super::base::Base;
 use super::object::{above_base, shape};
@@ -8,8 +11,8 @@ use super::scene::Scene;
 use super::settings::Settings;
 use super::{banks, face, gaps, valley, wall};
 
-/// The piles of one object, each as `found` and as a `whole` with its flanks; their ground is the
-/// ground around all of them.
+/// The piles of one object, each as `found` and as a `whole` with its occluded flanks. All of them
+/// share the annulus of ground around the object.
 pub(crate) fn alone(
     found: Patch,
     mut whole: Patch,
@@ -31,7 +34,7 @@ pub(crate) fn alone(
     (0..count).map(part).collect()
 }
 
-/// The object up to the walls around it; a pile goes on to their faces.
+/// Clips the object at the walls around it; a pile is continued to their faces.
 fn at_walls(
     found: Patch,
     whole: Patch,

@@ -1,8 +1,8 @@
-//! The ground around an object: what its toe and its ring may lie in.
+//! The ground around an object: which cells its toe and its annulus of ground may lie in.
 //!
-//! An object stands on what surrounds it. What lies beyond a bank, a face or a cliff is other ground,
-//! and so is what an object touches along a small part of its foot alone, as a floor where a heap
-//! comes to the edge of its slab.
+//! Method: a nearest-label map over the ground cells. It does not cross banks, faces or cliffs.
+//! Ground that the object touches along only a small part of its foot is left out: where a pile
+//! reaches the edge of its slab, the floor below the slab is not its base. Heights in m.
 
 use std::collections::BTreeMap;
 
@@ -15,23 +15,26 @@ use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::{GENTLE, STEEPEST_POURED};
 
-/// So many standard deviations of the ground's noise are no cliff.
+/// Height difference between two ground cells from which it is a cliff, in standard deviations of
+/// the ground's noise, beyond what a slope explains. Chosen on the scenes of `divespot evaluate`.
 const CLEAR: f64 = 6.0;
-/// Ground that an object touches is around it from this share of what it touches most.
+/// A part of the ground belongs to an object if the object touches it along at least this share of
+/// the cells along which it touches its most-touched part. Chosen on the scenes of `divespot
+/// evaluate`.
 const SOME: f64 = 0.25;
 
-/// What may lie around an object.
+/// The map in which the ground around objects is looked for.
 pub(crate) struct Around<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) heights_m: &'a [f64],
-    /// The cells that its toe or the ground around it may lie in.
+    /// The cells that a toe or an annulus of ground may lie in.
     pub(crate) open: Vec<bool>,
     pub(crate) ground: &'a [bool],
     pub(crate) noise_m: f64,
 }
 
 impl Around<'_> {
-    /// What lies around each object, up to so many steps away.
+    /// The nearest-label map of the objects, up to `farthest` steps away.
     pub(crate) fn territory(&self, labels: &[i32], farthest: u32) -> Territory {
         let goes_on =
             |from: usize, to: usize| self.open[to] && !self.drops(from, to, STEEPEST_POURED);
@@ -44,7 +47,7 @@ impl Around<'_> {
         territory
     }
 
-    /// The cells of ground that objects touch along little of their foot.
+    /// The cells of those parts of the ground that an object touches along little of its foot.
     fn touched_little(
         &self,
         labels: &[i32],
@@ -72,8 +75,8 @@ impl Around<'_> {
         parts.into_iter().zip(feet).filter(little).flat_map(|(part, _)| part).collect()
     }
 
-    /// Whether the ground drops by more from a cell to another than it does over so steep a way and
-    /// a cell that holds the foot of something poured.
+    /// Whether the height difference between two ground cells is more than `slope` gives over their
+    /// distance, plus the foot of a pile within one cell, plus noise.
     fn drops(&self, from: usize, to: usize, slope: f64) -> bool {
         if !(self.ground[from] && self.ground[to]) {
             return false;
@@ -102,8 +105,8 @@ mod tests {
         (x - 4.0).abs() < 1.6 && (y - 3.0).abs() < 1.6
     }
 
-    /// A cone on a slab whose rim, as wide as a cell, is a bank but for gaps; its labels reach the
-    /// floor at one side, over so many cells.
+    /// A cone on a slab. The slab's rim, one cell wide, counts as a bank except in gaps; the
+    /// object's labels reach the floor on one side over a `wide` strip, in m.
     fn on_slab(wide: f64, gap: impl Fn(f64, f64) -> bool) -> Object {
         let rim = |x: f64, y: f64| {
             is_slab(x, y) && ![-CELL, CELL].iter().all(|d| is_slab(x + d, y) && is_slab(x, y + d))

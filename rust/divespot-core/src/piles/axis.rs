@@ -1,8 +1,8 @@
-//! The direction in plan along which places lie.
+//! The main axis of points in plan (first principal component).
 
 use crate::count::to_f64;
 
-/// The middle of places in plan, and the unit vector along which they spread most.
+/// The mean of points in plan, in m, and the unit vector of their largest variance.
 pub(super) fn main_axis<'a>(
     places: impl Iterator<Item = [f64; 2]> + Clone + 'a,
 ) -> ([f64; 2], [f64; 2]) {

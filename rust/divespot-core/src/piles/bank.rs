@@ -1,20 +1,22 @@
-//! Banks and walls that go on below a pile which leans on them.
+//! The heights of banks and walls that continue below a pile which leans on them, in m.
 
 use crate::heightmap::Grid;
 
-/// A bank goes on as it is in its cells so many columns and rows around the nearest.
+/// A bank's plane is fitted to its cells within this many columns and rows of the nearest one.
+/// Chosen on the scenes of `divespot evaluate`.
 pub(super) const SUPPORT: usize = 4;
-/// The toe lies on so many cells of it.
+/// The toe of an object extends over this many cells of a bank. Chosen on the scenes of `divespot
+/// evaluate`.
 pub(super) const TOE: usize = 2;
-/// What lies farther from an object tells nothing of the bank beside it, in columns and rows.
+/// Banks are looked at within this many columns and rows around an object: toe plus support.
 pub(crate) const REACH: usize = TOE + SUPPORT;
 
-/// Heights of banks and walls below an object; NaN where there is none.
+/// Heights of banks and walls below an object, in m; NaN where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bank {
     pub(super) grid: Grid,
     pub(super) heights_m: Vec<f64>,
-    /// Standard uncertainty of the mean height over a cell.
+    /// Standard uncertainty of the mean height over a cell, in m.
     pub(super) u_m: Vec<f64>,
 }
 

@@ -1,7 +1,7 @@
-//! The face of a bank, or a wall, that goes on below a pile which leans on it.
+//! The base below a pile that leans on a bank or wall: the bank's face, continued below the pile.
 //!
-//! A heap poured against a bench lies on its face. Where the bank rises from the edge of the heap, it
-//! goes on under it as it came, until it meets the ground.
+//! Method: a plane is fitted to the bank's cells beside the pile and continued below it, cell by
+//! cell, until it meets the base. Heights in m.
 
 use std::sync::Arc;
 
@@ -15,14 +15,17 @@ use crate::hypotenuse::Hypotenuse;
 use crate::material::GENTLE;
 use crate::near_plane::{places_about, value, weighted_plane};
 
-/// Steeper than this, as rise over run, nothing to speak of lies on a face: 74°.
+/// The steepest face that is continued, as rise over run: 74°. On a steeper face the material above
+/// it has no volume worth counting. Chosen.
 const STEEPEST: f64 = 3.5;
-/// A cell's mean height is that of so many places along its edge.
+/// The mean height over a cell is integrated over this many places along each of its edges. Chosen:
+/// numerical integration.
 const PARTS: usize = 4;
-/// With fewer cells its slope is not known.
+/// The fewest cells for the plane of a face: twice its three parameters.
 const FEWEST: usize = 6;
 
-/// The base with the banks that go on under an object; a surface that was given has them.
+/// The base with the banks that continue below an object. A surface that was given contains them
+/// already.
 pub(crate) fn with_banks(base: Base, patch: &Patch) -> Base {
     if base.is_surface() {
         return base;
@@ -31,8 +34,7 @@ pub(crate) fn with_banks(base: Base, patch: &Patch) -> Base {
     base.with_bank(bank)
 }
 
-/// The banks and walls that go on under an object above its base, and those that its toe lies on;
-/// `None` where there are none.
+/// The banks and walls above the base below an object and its toe; `None` where there are none.
 fn under(patch: &Patch, base: &Base) -> Option<Arc<Bank>> {
     let mut heights_m = vec![f64::NAN; patch.zones.len()];
     let mut front = Vec::new();
@@ -65,8 +67,8 @@ fn under(patch: &Patch, base: &Base) -> Option<Arc<Bank>> {
     any.then(|| Arc::new(Bank { grid: patch.grid, heights_m, u_m }))
 }
 
-/// The object with its toe on the banks beside it: in the cells in which they meet there is some of
-/// both.
+/// The object with its toe extended onto the banks beside it: cells where pile and bank meet hold
+/// some of both.
 pub(crate) fn with_toe(mut patch: Patch) -> Patch {
     let beside = |&cell: &usize| {
         let near = || patch.around(cell, TOE).any(|n| patch.zones[n] == Zone::Core);
@@ -80,14 +82,14 @@ pub(crate) fn with_toe(mut patch: Patch) -> Patch {
     patch
 }
 
-/// A bank's face about a cell.
+/// The plane of a bank's face at one cell.
 struct Face {
     height_m: f64,
     slope: [f64; 2],
 }
 
 impl Face {
-    /// The mean height over a cell of whichever is higher, the face or the base.
+    /// The mean over a cell of the higher of face and base, in m.
     fn above(&self, base: &Base, patch: &Patch, cell: usize) -> f64 {
         let [x, y] = patch.grid.center(cell);
         let at = |k: usize| (to_f64(k) + 0.5) / to_f64(PARTS) - 0.5;
@@ -108,8 +110,9 @@ fn four(patch: &Patch, cell: usize) -> impl Iterator<Item = usize> {
     patch.grid.neighbors(cell, &FOUR)
 }
 
-/// The face about a cell as the bank's cells around one of them let expect, where it goes down there
-/// and material could lie on it. Cells beside the object hold some of it, too.
+/// The face at a cell, from a plane through the bank's cells around `bank`; `None` if the plane is
+/// level or steeper than [`STEEPEST`]. Cells beside the object are left out, since they hold some
+/// of its points.
 fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<Face> {
     let beside = |n: usize| patch.around(n, TOE).any(|n| patch.zones[n] == Zone::Core);
     let clean = patch.around(bank, SUPPORT).filter(|&n| patch.banks[n] && !beside(n));

@@ -1,4 +1,8 @@
-//! The surface that an object stands on: a smooth one through the ground around it.
+//! The base surface of an object: a smooth surface fitted to the annulus of ground around it, in m.
+//!
+//! Method: a robust plane (Tukey's biweight, iteratively reweighted least squares) over twelve
+//! sectors of equal weight, a breakline under the object if the ground shows one (`crease`), and
+//! block kriging of its undulations (`waves`). A surface that was given takes their place.
 
 use std::sync::Arc;
 
@@ -17,63 +21,68 @@ use crate::hypotenuse::Hypotenuse;
 use crate::near_plane::{value, weighted_plane};
 use crate::robust::{median, scale};
 
-/// Fewer cells than this carry no plane of their own.
+/// The fewest cells for a plane: four for each of its three parameters.
 pub(crate) const FEWEST: usize = 12;
-/// A ring with this many of twelve sectors unseen in a row, half a turn, does not enclose the
-/// object: a tilt taken from it would be carried on beyond where it was seen.
+/// With this many of the twelve sectors unseen in a row (half a turn) the annulus does not enclose
+/// the object. Its tilt would be extrapolated, and the tilt of the whole ground is used instead.
 const ONE_SIDE: usize = 6;
-/// Neighbouring sectors waver together: this many count as one.
+/// The levels of neighbouring sectors are correlated: this many count as one independent value.
+/// Chosen on the scenes of `divespot evaluate`.
 const CORRELATED: f64 = 3.0;
-/// Tukey's biweight gives nothing to what is further off than this many standard deviations.
+/// Cut-off of Tukey's biweight, in standard deviations: 95 % efficiency for normal noise (Holland
+/// and Welsch 1977, Commun. Stat. A 6:813).
 const REACH: f64 = 4.685;
-/// Rounds of Tukey's biweight; it settles in about five.
+/// Iterations of the reweighting. It converges in about five.
 const ROUNDS: usize = 10;
 
-/// A base and how well it is known: a plane `level_m + tilt · (p - center)`, a crease of the ground
-/// under the object, and a film over both that follows its waves; or a surface that was given.
+/// A base surface and its uncertainty: a plane `level_m + tilt · (p - center)`, a breakline under
+/// the object, and an interpolated surface of the undulations above both; or a surface that was
+/// given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
-    /// Where `level_m` holds.
+    /// The place in plan where the height is `level_m`, in m.
     pub center_m: [f64; 2],
-    /// Height at the centre.
+    /// Height at the centre, in m.
     pub level_m: f64,
-    /// Slope along x and y.
+    /// Slope along x and y, as rise over run.
     pub tilt: [f64; 2],
-    /// Standard deviation of a ring cell about the base.
+    /// Standard deviation of the ground cells about the base, in m.
     pub noise_m: f64,
-    /// Standard uncertainty of the level.
+    /// Standard uncertainty of the mean height below the object, in m.
     pub u_level_m: f64,
-    /// What the base rests on.
+    /// What the base is fitted to.
     pub kind: Kind,
     crease: Option<Crease>,
-    /// How far the ground around the object lies from the plane.
+    /// Scatter of the ground around the object about the plane, in m: of its cells or of its
+    /// sectors, whichever is larger.
     wander_m: f64,
     film: Option<Film>,
     surface: Option<Arc<Surface>>,
     bank: Option<Arc<Bank>>,
 }
 
-/// What a base rests on.
+/// What a base is fitted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// What the ground around the object lets expect below it.
+    /// The annulus of ground around the object.
     Ring,
-    /// The ring's height with the whole ground's tilt: the ring was seen on one side only.
+    /// The level of the annulus and the tilt of the whole ground: half or more of the annulus was
+    /// unseen.
     RingLevel,
-    /// The ground's height in the whole scan, or another surface that is meant to be the ground.
+    /// The height of the ground in the whole scan, or another surface meant to be the ground.
     Ground,
     /// A height that was given, whatever the ground around the object is like.
     Given,
 }
 
 impl Base {
-    /// A level base that is the same for every object.
+    /// A level base, the same for every object.
     #[must_use]
     pub fn ground(level_m: f64, noise_m: f64, u_level_m: f64) -> Self {
         Self::plane(level_m, [0.0; 2], noise_m, u_level_m, Kind::Ground)
     }
 
-    /// A plane, `level_m` high at (0, 0), that is the same for every object.
+    /// A plane of height `level_m` at (0, 0), the same for every object.
     #[must_use]
     pub fn plane(level_m: f64, tilt: [f64; 2], noise_m: f64, u_level_m: f64, kind: Kind) -> Self {
         Self {
@@ -91,7 +100,8 @@ impl Base {
         }
     }
 
-    /// A surface that was given; `noise_m` is that of the scan which is held against it.
+    /// A base on a surface that was given; `noise_m` is the noise of the scan that is measured
+    /// above it.
     #[must_use]
     pub fn on(surface: Surface, noise_m: f64) -> Self {
         let noise_m = noise_m.hypotenuse(surface.noise_m);
@@ -99,8 +109,7 @@ impl Base {
         Self { surface: Some(Arc::new(surface)), ..level }
     }
 
-    /// The same base as nought, for heights above it of this noise; that of a ground which need not be
-    /// in view tells nothing.
+    /// The same base at height 0, for heights above it with this noise.
     pub(crate) fn flattened(&self, noise_m: f64) -> Self {
         match &self.surface {
             Some(surface) => Self::on(surface.flattened(), noise_m),
@@ -108,7 +117,7 @@ impl Base {
         }
     }
 
-    /// The base's height.
+    /// Height of the base at a place in plan, in m.
     #[must_use]
     pub fn at(&self, p: [f64; 2]) -> f64 {
         let surface = self.surface.as_ref().map_or(0.0, |surface| surface.at(p));
@@ -116,30 +125,30 @@ impl Base {
         self.bank.as_ref().map_or(ground, |bank| ground.max(bank.at(p)))
     }
 
-    /// The base with banks that go on under an object.
+    /// The base with banks that continue below an object.
     pub(super) fn with_bank(self, bank: Option<Arc<Bank>>) -> Self {
         Self { bank, ..self }
     }
 
-    /// Whether it is a surface that was given.
+    /// Whether the base is a surface that was given.
     pub(super) fn is_surface(&self) -> bool {
         self.surface.is_some()
     }
 
-    /// Whether the base rests on what was seen or given at a place of the height map.
+    /// Whether the base was seen or given at this place.
     #[must_use]
     pub fn is_known(&self, p: [f64; 2]) -> bool {
         self.surface.as_ref().is_none_or(|surface| surface.is_known(p))
     }
 
-    /// Standard uncertainty of the base at a place that nobody saw, beside that of its level.
+    /// Standard uncertainty of the base at an unseen place, in m, in addition to that of its level.
     pub(crate) fn u_unknown_m(&self, p: [f64; 2]) -> f64 {
         let u_bank_m = self.bank.as_ref().map_or(0.0, |bank| bank.u_m(p));
         self.surface.as_ref().map_or(u_bank_m, |surface| surface.u_unknown_m(p))
     }
 
-    /// The base of one object, with its level as uncertain as the ground around the object shows:
-    /// what all objects share may be off at any of them.
+    /// The base of one object, if it is the ground of the whole scan. Its level is at least as
+    /// uncertain as the ground around this object deviates from it.
     pub(crate) fn held_against(self, center_m: [f64; 2], ring: &[[f64; 3]]) -> Self {
         if self.kind != Kind::Ground || ring.len() < FEWEST {
             return self;
@@ -156,8 +165,8 @@ impl Base {
         self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + crease
     }
 
-    /// The base with a film over `patch` through what the ring leaves of the plane; cells that
-    /// stand out of the ring's own scatter do not pull at it.
+    /// Adds the harmonic interpolation over `patch` of how the annulus deviates from the plane.
+    /// Outliers are left out.
     pub(crate) fn with_film(mut self, patch: &Grid, ring: &[[f64; 3]]) -> Self {
         let off = |p: &[f64; 3]| [p[0], p[1], p[2] - self.plane_at([p[0], p[1]])];
         let stray = REACH * self.wander_m;
@@ -167,7 +176,7 @@ impl Base {
         self
     }
 
-    /// The base under a footprint that the `ground` around it lets expect.
+    /// The base under a footprint, from block kriging of the `ground` around it.
     pub(crate) fn with_waves(self, ground: &[[f64; 3]], footprint: &Footprint) -> Self {
         let nodes = Nodes::of(&uncreased(self.crease, about(self.center_m, ground)));
         let points = nodes.points();
@@ -187,15 +196,15 @@ impl Base {
             film: Some(expected.film.moved(self.center_m)),
             ..self
         };
-        // What waves explain is no noise.
+        // The noise is what the kriging does not explain.
         let off = ground.iter().map(|p| p[2] - base.at([p[0], p[1]]));
         Self { noise_m: scale(off).min(base.noise_m), ..base }
     }
 
-    /// The plane through `ring`, cells (x, y, height) of edge `cell_m`, with the crease that it shows;
-    /// stray cells weigh nothing. As yet without a film.
+    /// The plane through the annulus `ring` of cells (x, y, height) of width `cell_m`, with the
+    /// breakline that it shows; outliers have no weight. Kriging is not part of it yet.
     ///
-    /// `None` where the ring is too small to say anything.
+    /// `None` where the annulus has too few cells.
     pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
         if ring.len() < FEWEST {
             return None;
@@ -229,12 +238,12 @@ impl Base {
     }
 }
 
-/// Cells with their places about a centre.
+/// The cells, in plan relative to a centre.
 fn about(center_m: [f64; 2], cells: &[[f64; 3]]) -> Vec<[f64; 3]> {
     cells.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect()
 }
 
-/// Cells about a centre with the ground's crease, if there is one, taken off.
+/// The heights relative to the breakline, if there is one.
 fn uncreased(crease: Option<Crease>, mut local: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     if let Some(crease) = crease {
         local.iter_mut().for_each(|p| p[2] -= crease.at(p[0], p[1]));
@@ -246,7 +255,7 @@ fn residuals(local: &[[f64; 3]], plane: &Vector3<f64>) -> Vec<f64> {
     local.iter().map(|p| p[2] - value(plane, p)).collect()
 }
 
-/// Height and tilt by iteratively reweighted least squares, starting from the median.
+/// Level and tilt by iteratively reweighted least squares (Tukey's biweight), from the median on.
 fn robust_plane(local: &[[f64; 3]], sectors: &Sectors, kind: Kind) -> Option<Vector3<f64>> {
     let mut plane = Vector3::new(median(local.iter().map(|p| p[2]).collect()), 0.0, 0.0);
     let even = sectors.even_weights(local.len());
@@ -260,8 +269,8 @@ fn robust_plane(local: &[[f64; 3]], sectors: &Sectors, kind: Kind) -> Option<Vec
     Some(plane)
 }
 
-/// How far ground lies from a plane: the scatter of the cells, or of whole sectors' levels where
-/// that is the larger. A sector that lies lower than the others is ground, not a stray.
+/// Scatter of the ground about a plane, in m: of the cells, or of whole sectors' levels where that
+/// is larger. So a sector that lies lower than the others counts as ground, not as outliers.
 fn wander(off: &[f64], sectors: &Sectors) -> f64 {
     scale(off.iter().copied()).max(scale(sectors.medians(off)))
 }

@@ -1,4 +1,5 @@
-//! How well a volume is known, term by term (after the GUM; Anderson 2019, ESPL 44:1015).
+//! The uncertainty budget of a volume, term by term, in m³ (GUM, JCGM 100:2008; Anderson 2019, ESPL
+//! 44:1015).
 
 use super::base::Base;
 use super::gaps::Filled;
@@ -6,38 +7,39 @@ use super::patch::{Patch, Zone};
 use crate::connectivity::FOUR;
 use crate::hypotenuse::Hypotenuse;
 
-/// Standard uncertainties of a volume; independent of each other.
+/// Standard uncertainties of one volume, in m³, independent of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {
-    /// Noise of each cell's height, independent from cell to cell.
+    /// Noise of the cells' heights, independent from cell to cell.
     pub noise_m3: f64,
-    /// What frames, fused into one cloud, leave in common over the whole object and each of its
-    /// flanks: noise that does not average out.
+    /// Errors of registration that fused frames have in common over the whole object or one of its
+    /// flanks, so that they do not average out.
     pub registration_m3: f64,
-    /// The base's height, common to all cells.
+    /// Height of the base, common to all cells.
     pub base_m3: f64,
-    /// Where the object ends: half the change when the toe is taken one cell wider; at walls,
-    /// how far their faces scatter, or half a cell where these were not seen.
+    /// Where the object ends: half the change of volume when the toe is one cell wider; at walls
+    /// the scatter of their faces, or a part of a cell where no face was found.
     pub footprint_m3: f64,
     /// Cells that were filled, not seen.
     pub filled_m3: f64,
-    /// Curvature within the cells.
+    /// Curvature of the surface within the cells.
     pub grid_m3: f64,
-    /// The sensor's scale.
+    /// Scale of the sensor.
     pub scale_m3: f64,
 }
 
-/// How far fused frames leave a surface off in each direction, in scatters of a cell of the ground.
-/// Each frame is a little off, up, down and sideways, and does not weigh as much on every flank.
-/// Fitted: with it u95 holds as often as it should at all points and at a seventh of them (`divespot
-/// evaluate --density 0.15 --seeds 2`, `--scenes 'levels-*,body-*' --seeds 3`).
+/// Registration error of fused frames, in standard deviations of a ground cell. Frames are
+/// displaced vertically and sideways, and they have different weights on different flanks. Fitted,
+/// by `divespot evaluate --density 0.15 --seeds 2` and `--scenes 'levels-*,body-*' --seeds 3`: with
+/// it u95 holds as often as it should with all points and with 15 % of them.
 const COMMON: f64 = 0.4;
-/// Relative standard uncertainty of a volume by the scale of its three coordinates: half a part in a
-/// thousand of each, in common. Depth cameras and surveys are calibrated no better.
+/// Relative standard uncertainty of a volume from the scale of the sensor: 0.0005 along each of
+/// three axes, fully correlated. Assumed, from the calibration of depth cameras and survey
+/// instruments.
 const SCALE: f64 = 0.0015;
 
 impl Budget {
-    /// Standard uncertainty of the volume.
+    /// Combined standard uncertainty of the volume, in m³.
     #[must_use]
     pub fn combined_m3(&self) -> f64 {
         self.terms().iter().map(|(_, u_m3)| u_m3 * u_m3).sum::<f64>().sqrt()
@@ -59,7 +61,8 @@ impl Budget {
         ]
     }
 
-    /// The budget of the object in `patch`, whose heights above the base are `gaps.above_m`.
+    /// The budget of the object in `patch`, whose heights above the base are `gaps.above_m`. The
+    /// toe is `steps` cells wide.
     pub(crate) fn of(patch: &Patch, base: &Base, gaps: &Filled, steps: u32) -> Self {
         let filled = &gaps.above_m;
         let area = patch.grid.cell_m * patch.grid.cell_m;
@@ -69,7 +72,7 @@ impl Budget {
         let cells: f64 = held.iter().map(|&c| share(c)).sum();
         let squares: f64 = held.iter().map(|&c| share(c) * share(c)).sum();
         let unknown = held.iter().map(|&c| share(c) * base.u_unknown_m(patch.grid.center(c)));
-        // The toe is a few cells wide: its volume spread over them is what one more would hold.
+        // The toe's volume divided by its width in cells is what one more cell of toe would hold.
         let toe = patch.cells(Zone::Toe).filter(|&c| !patch.walls[c]);
         let toe_m3 = sum(&mut toe.map(|c| filled[c]));
         let walled_m3 = sum(&mut held.iter().map(|&c| patch.counted(c).u_share * filled[c]));
@@ -88,7 +91,7 @@ impl Budget {
     }
 }
 
-/// Slope of the heights around a cell: root mean square of the differences along x and along y.
+/// Slope around a cell, as rise over run: root of the summed mean squares along x and y.
 fn slope(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
     let around = patch.grid.neighbors(cell, &FOUR);
     let squares = around.map(|n| (filled[n] - filled[cell]).powi(2)).filter(|d| !d.is_nan());
@@ -96,7 +99,7 @@ fn slope(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
     (2.0 * sum / f64::max(count, 1.0)).sqrt() / patch.grid.cell_m
 }
 
-/// Second differences of the heights around a cell: 24 times the error of the midpoint rule in it.
+/// Sum of the second differences around a cell, in m. The midpoint rule's error is 1/24 of it.
 fn laplacian(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
     let around = patch.grid.neighbors(cell, &FOUR);
     around.map(|n| filled[n] - filled[cell]).filter(|d| !d.is_nan()).sum()

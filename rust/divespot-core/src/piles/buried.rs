@@ -1,8 +1,9 @@
-//! Walls that go on below a pile which is higher than they are.
+//! Walls that continue below a pile which is higher than they are.
 //!
-//! Where a wall runs into a pile on one side and comes out of it on another, or two walls that run
-//! into it would meet there, the wall is below the pile as it is beside it. What it takes up is none of
-//! the material, and where the pile is as high as the wall, the wall's top looks like the pile's.
+//! A wall that enters the pile on one side and leaves it on another, or two walls whose lines cross
+//! below it, is continued there with its height and width. Its volume is not material. Where the
+//! pile is as high as the wall, the wall's top cannot be told from the pile's surface. Lengths in
+//! m.
 
 use super::axis::{dot, main_axis};
 use super::patch::{Patch, Zone};
@@ -12,30 +13,32 @@ use crate::connectivity::components;
 use crate::count::to_f64;
 use crate::robust::median;
 
-/// What of a wall lies within so many cells of the pile tells how it goes on.
+/// A wall's line is fitted to its part within this many cells of the pile. Chosen.
 const NEAR: u32 = 12;
-/// With fewer cells, its direction is not known.
+/// The fewest cells for the direction of a wall. Chosen: the plane fit of the base needs as many.
 const FEWEST: usize = 12;
-/// Walls that turn by less than this go on straight: the sine of 20°.
+/// Walls whose directions differ by less than this are one straight wall: the sine of 20°. Chosen.
 const TURN: f64 = 0.34;
-/// A straight wall fills this share of the area between its ends and sides; what stands there with the
-/// pile over it does not count.
+/// A straight wall fills at least this share of the rectangle around its cells. Two walls that meet
+/// at a corner fill less. Cells where the pile covers the wall do not count. Chosen.
 const FULL: f64 = 0.5;
-/// Where a pile is lower than the wall by this share of a cell, the wall is not below it.
+/// A pile that is lower than the wall by this share of a cell's width does not cover it. Chosen:
+/// half a cell.
 const LOWER: f64 = 0.5;
-/// Either side of a wall runs anywhere through a cell (rectangular, GUM 4.3.7); both together.
+/// Standard uncertainty of a wall's width, in cells: each of its two sides runs anywhere through a
+/// cell (rectangular distribution, GUM 4.3.7), √(2/12).
 const SIDES: f64 = 0.408;
 
-/// A cell below which a wall goes on: its top, and how well the mean height over the cell is known.
+/// A cell below which a wall continues, with the height of the wall's top in m.
 #[derive(Clone)]
 pub(super) struct Buried {
     pub(super) cell: usize,
     pub(super) top_m: f64,
-    /// Standard uncertainty of what the wall takes up, as a share of its height.
+    /// Standard uncertainty of the wall's volume in the cell, as a share of its height.
     pub(super) u_share: f64,
 }
 
-/// The cells below which walls go on.
+/// The cells below which walls continue.
 pub(super) fn buried(patch: &Patch) -> Vec<Buried> {
     let walls = walls_near(patch);
     let pairs = (0..walls.len()).flat_map(|i| (0..i).map(move |k| (i, k)));
@@ -44,7 +47,7 @@ pub(super) fn buried(patch: &Patch) -> Vec<Buried> {
     all.chain(joined).collect()
 }
 
-/// The walls that run into an object.
+/// The straight walls within [`NEAR`] cells of an object.
 fn walls_near(patch: &Patch) -> Vec<Wall> {
     let is_wall = |cell: usize| !patch.wall_tops_m[cell].is_nan();
     if !(0..patch.zones.len()).any(is_wall) {
@@ -59,11 +62,11 @@ fn walls_near(patch: &Patch) -> Vec<Wall> {
     walls.filter(|wall| wall.is_straight(patch.grid.cell_m)).collect()
 }
 
-/// A straight piece of a wall in plan.
+/// A straight piece of wall in plan.
 struct Wall {
     middle: [f64; 2],
     along: [f64; 2],
-    /// How far it reaches along that direction, from its middle.
+    /// Its ends, in m along its direction from its middle.
     ends: [f64; 2],
     width_m: f64,
     top_m: f64,
@@ -83,7 +86,8 @@ impl Wall {
         let at = places.iter().map(|p| dot(along, less(*p, middle)));
         let ends = at.fold([0.0_f64; 2], |[low, high], s| [low.min(s), high.max(s)]);
         let across = places.iter().map(|p| dot([-along[1], along[0]], less(*p, middle)).powi(2));
-        // Of what is spread evenly over a width, as the middles of cells are.
+        // Width of an evenly spread set, from its variance: √(12 · variance), plus the width of a
+        // cell.
         let width_m = (12.0 * across.sum::<f64>() / count + cell_m * cell_m).sqrt();
         let wall = Self { middle, along, ends, width_m, top_m, places };
         (wall.places.len() >= FEWEST).then_some(wall)
@@ -98,14 +102,16 @@ impl Wall {
         dot(self.along, less(p, self.middle))
     }
 
-    /// Whether it is long, and full: of two walls that meet the line runs between them.
+    /// Whether the wall is longer than twice its width and fills its rectangle. Two walls that meet
+    /// at a corner do not.
     fn is_straight(&self, cell_m: f64) -> bool {
         let length_m = self.ends[1] - self.ends[0] + cell_m;
         let area_m2 = to_f64(self.places.len()) * cell_m * cell_m;
         length_m > 2.0 * self.width_m && area_m2 > FULL * length_m * self.width_m
     }
 
-    /// From the end that is nearer to a place, to as far beyond the place.
+    /// The stretch of the wall's line from its end nearer to `p` to `beyond_m` past `p`; empty if
+    /// `p` lies within the wall.
     fn up_to(&self, p: [f64; 2], beyond_m: f64) -> [f64; 2] {
         let at = self.at(p);
         if at > self.ends[1] {
@@ -118,7 +124,8 @@ impl Wall {
     }
 }
 
-/// What two walls that run into an object have in common below it.
+/// The cells of an object below which two walls continue: up to the corner where they cross, or
+/// from one to the other where they lie on one line.
 fn between(patch: &Patch, a: &Wall, b: &Wall) -> Vec<Buried> {
     let width_m = 0.5 * (a.width_m + b.width_m);
     let turn = (a.along[0] * b.along[1] - a.along[1] * b.along[0]).abs();
@@ -138,7 +145,7 @@ fn between(patch: &Patch, a: &Wall, b: &Wall) -> Vec<Buried> {
     below(patch, &whole, whole.ends)
 }
 
-/// The cells of an object below which a wall goes on from one place along it to another.
+/// The cells of an object that cover a stretch of a wall, given in m along it.
 fn below(patch: &Patch, wall: &Wall, [from, to]: [f64; 2]) -> Vec<Buried> {
     let cell_m = patch.grid.cell_m;
     let least_m = wall.top_m - LOWER * cell_m;
@@ -159,7 +166,7 @@ fn is_core(patch: &Patch, p: [f64; 2]) -> bool {
     patch.grid.holds(&[p[0], p[1], 0.0]) && patch.zones[patch.grid.cell(&p)] == Zone::Core
 }
 
-/// Where the lines along two walls cross.
+/// The crossing of the lines along two walls.
 fn crossing(a: &Wall, b: &Wall) -> Option<[f64; 2]> {
     let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
     let along = cross(less(b.middle, a.middle), b.along) / cross(a.along, b.along);
@@ -183,7 +190,7 @@ mod tests {
         (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0)
     }
 
-    /// Whether a wall that crosses the floor, 0.4 m wide, stands at a place.
+    /// Whether a place lies on a wall, 0.4 m wide, across the floor.
     fn is_wall(x: f64) -> bool {
         (4.0..4.4).contains(&x)
     }

@@ -1,4 +1,6 @@
-//! Whether an object can be a pile of bulk material: a table of reasons why not.
+//! Decides whether an object can be a pile of bulk material: a table of reasons why not.
+//!
+//! Poured material runs out to the ground, so the rim of a pile is low and its sides are not steep.
 //!
 //! These rules judge an object by itself. What takes other objects, or the points off the surface,
 //! to tell is judged afterwards: `clear`, `floating`, `shadow`, `things`.
@@ -10,17 +12,19 @@ use super::wall;
 use crate::count::to_f64;
 use crate::material::NEVER_STEEPER;
 
-/// Poured material runs out to the ground. The rim of what stands clear of the ground is therefore
-/// low: at most this share of the object's height.
+/// The rim of a pile is at most this high, as a share of the object's height. Chosen on the scenes
+/// of `divespot evaluate`.
 const LOW: f64 = 0.35;
-/// An object with this share of its rim high does not lie as poured.
+/// An object with more than this share of its rim high is not poured. Chosen on the scenes of
+/// `divespot evaluate`.
 const HIGH_SHARE: f64 = 0.5;
-/// The object's height is the one that this share of its cells stays below.
+/// The object's height is this quantile of its cells' heights. Chosen: it ignores the highest
+/// outliers.
 const TOP: f64 = 0.95;
-/// With less of its footprint seen than this, a pile's volume is no measurement any more: its crest
-/// and more than half of its surface would be assumed.
+/// Smallest share of the footprint that must be seen. With less, the crest and more than half of
+/// the surface would be assumed, not measured. Chosen on the scenes of `divespot evaluate`.
 const LEAST_SEEN: f64 = 0.4;
-/// With more of its toe cut off than this, a pile fills the view.
+/// A pile fills the view if more than this share of its toe lies beyond the scan. Chosen: half.
 const FILLS_VIEW: f64 = 0.5;
 
 /// The reasons, in the order in which they are given.
@@ -48,8 +52,8 @@ impl Evidence<'_> {
         RULES.iter().find(|(_, holds)| holds(self)).map(|(reason, _)| *reason)
     }
 
-    /// A pile that fills the view: it runs out of the scan on most sides, and what was seen of the
-    /// ground on one of them may be anything.
+    /// Whether the pile fills the view: it runs out of the scan on most sides, and the little ground
+    /// that was seen may not be typical of the rest.
     fn fills_view(&self) -> bool {
         let is_unknown = |base: &Base| matches!(base.kind, Kind::RingLevel | Kind::Ground);
         self.own_base.is_some_and(is_unknown) && self.beyond_edge > FILLS_VIEW
@@ -75,8 +79,9 @@ impl Shape<'_> {
         self.patch.rim().count() == self.patch.cells(Zone::Core).count()
     }
 
-    /// No pile is higher than material ever stands for the radius of a disc as large as it is: a rod
-    /// with a skirt of flying pixels is. Nor is most of its rim high, where it is open to the sides.
+    /// Whether it is steeper than bulk material lies. A pile is no higher than 60° over the radius of
+    /// a disc of its area (a rod with flying pixels around it is), and most of its rim is low where
+    /// the surface beyond was seen.
     fn is_steep(&self) -> bool {
         let top_m = self.top_m();
         if top_m > NEVER_STEEPER * self.radius_m() {
@@ -89,13 +94,13 @@ impl Shape<'_> {
         to_f64(high) > HIGH_SHARE * to_f64(rim.len())
     }
 
-    /// Whether something was seen just beyond a rim cell; where not, the object may go on.
+    /// Whether the surface was seen just beyond a rim cell; if not, the object may continue there.
     fn sees_outside(&self, cell: usize) -> bool {
         let outside = |n: usize| self.patch.zones[n] != Zone::Core && !self.above_m[n].is_nan();
         self.patch.around(cell, 2).any(outside)
     }
 
-    /// The radius of a disc as large as the core.
+    /// The radius of a disc with the core's area, in m.
     fn radius_m(&self) -> f64 {
         let cells = to_f64(self.patch.cells(Zone::Core).count());
         (cells / std::f64::consts::PI).sqrt() * self.patch.grid.cell_m

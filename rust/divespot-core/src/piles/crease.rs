@@ -1,7 +1,9 @@
-//! A straight line under an object along which the floor is folded or stepped.
+//! A breakline under an object: a straight line along which the floor has a fold or a step.
 //!
-//! The ring of ground crosses such a line twice. Waves from the ring would round a fold off and make
-//! a ramp of a step, by some per cent of a low pile.
+//! The annulus of ground crosses the line twice. Kriging alone would round off a fold and make a
+//! ramp of a step, an error of some per cent for a low pile. Method: least squares over lines in
+//! all directions, refined by halving steps, against a smoothly bent floor with as many parameters.
+//! Lengths in m.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,48 +11,51 @@ use super::nodes::{Nodes, without};
 use crate::material::GENTLE;
 use crate::robust::scale;
 
-/// Directions and places of a line that are tried first.
+/// Directions of the lines that are tried first, and places for each. Chosen: the refinement starts
+/// from the best.
 const DIRECTIONS: u32 = 18;
 const PLACES: u32 = 16;
-/// Rounds in which the best line is moved and turned by ever half as much.
+/// Rounds of refinement; each halves the steps in place and angle. Chosen.
 const ROUNDS: usize = 6;
-/// Rounds of fitting the line to single cells and the rest to nodes.
+/// Iterations between the line, fitted to single cells, and the rest, fitted to nodes. Chosen.
 const SETTLINGS: usize = 2;
-/// A line must leave this share of the ring on either side.
+/// The smallest share of the annulus on either side of a line. Chosen.
 const LEAST_SIDE: f64 = 0.1;
-/// What is further off than this many standard deviations tells nothing.
+/// Cut-off for outliers, in standard deviations. Chosen.
 const STRAY: f64 = 4.0;
 
-/// What a crease must leave at most of a smoothly bent floor's squares, to be believed.
+/// The sum of squares left by a breakline is at most this share of that left by a smoothly bent
+/// floor. Chosen on the scenes of `divespot evaluate`.
 const CLEARER: f64 = 0.35;
-/// A floor that leaves less than this share of the cells' noise is not looked at further.
+/// A breakline is looked for only if the smoothly bent floor leaves more than this share of the
+/// cells' noise. Chosen on the scenes of `divespot evaluate`.
 const NOTICED: f64 = 0.5;
 
-/// How the floor changes across a line.
+/// What changes across the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// Its height.
+    /// The height.
     Step,
-    /// Its slope.
+    /// The slope.
     Fold,
 }
 
-/// A fold or a step, to be added to a plane.
+/// A fold or a step, added to a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Crease {
     kind: Kind,
     pub(crate) line: Line,
-    /// The height of the step, and the change of slope across the fold.
+    /// Height of the step in m, and change of slope across the fold as rise over run.
     rises: [f64; 2],
-    /// Edge of the squares whose heights it is to meet.
+    /// Width of the squares over which the step is averaged, in m.
     width_m: f64,
 }
 
-/// The line of the places `p` with `p · across = at_m`.
+/// A line in plan: the places `p` with `p · across = at_m`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Line {
     angle_rad: f64,
-    /// Cosine and sine of the angle.
+    /// Unit normal of the line: cosine and sine of the angle.
     across: [f64; 2],
     at_m: f64,
 }
@@ -60,14 +65,14 @@ impl Line {
         Self { angle_rad, across: [libm::cos(angle_rad), libm::sin(angle_rad)], at_m }
     }
 
-    /// The distance beyond the line.
+    /// Signed distance from the line, in m.
     pub(crate) fn beyond(self, x: f64, y: f64) -> f64 {
         x * self.across[0] + y * self.across[1] - self.at_m
     }
 }
 
 impl Kind {
-    /// The rise of a crease of this kind alone.
+    /// Step and fold for a breakline of this kind alone.
     fn rises(self, rise: f64) -> [f64; 2] {
         match self {
             Self::Step => [rise, 0.0],
@@ -75,7 +80,8 @@ impl Kind {
         }
     }
 
-    /// What a unit crease adds at this distance beyond the line, on average over a square as wide.
+    /// Height added by a unit step or fold at a signed distance, averaged over a square of this
+    /// width.
     fn value(self, beyond: f64, width_m: f64) -> f64 {
         match self {
             Self::Fold => beyond.max(0.0),
@@ -85,10 +91,10 @@ impl Kind {
 }
 
 impl Crease {
-    /// The crease that a ring of cells (x, y, height, about its centre) of edge `cell_m` shows, if
-    /// there is one.
+    /// The breakline in an annulus of cells (x, y, height, relative to its centre) of width
+    /// `cell_m`, if there is one.
     ///
-    /// It must fit clearly better than a smoothly bent floor, which has as many parameters.
+    /// It must fit clearly better than a smoothly bent floor with as many parameters.
     pub(crate) fn found(ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
         let nodes = Nodes::of(ring);
         let plane = nodes.basis(|x, y| vec![1.0, x, y])?;
@@ -103,20 +109,20 @@ impl Crease {
         clear.then(|| crease.settled(ring, cell_m, &nodes, &plane, &left))
     }
 
-    /// What the crease adds to the plane at a place.
+    /// The height that the breakline adds to the plane at a place, in m.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         let beyond = self.line.beyond(x, y);
         let value = |kind: Kind| self.rises[kind as usize] * kind.value(beyond, self.width_m);
         value(Kind::Step) + value(Kind::Fold)
     }
 
-    /// The crease with so much more of a step and of a fold.
+    /// The breakline with `more` added to its step and its fold.
     pub(crate) fn raised(mut self, more: [f64; 2]) -> Self {
         self.rises.iter_mut().zip(more).for_each(|(rise, more)| *rise += more);
         self
     }
 
-    /// The crease that explains most of `left`, which is what `plane` leaves of the heights.
+    /// The best breakline for `left`, the residuals of the plane.
     fn best(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>) -> Option<Self> {
         let cost = |kind: Kind, line: Line| {
             let across = across(nodes, plane, kind, line);
@@ -132,7 +138,8 @@ impl Crease {
         Some(Self { kind, line, rises, width_m: nodes.step_m })
     }
 
-    /// Whether it can be a floor's: gentle on either side of a fold, low for the size of the ring.
+    /// Whether a floor can have it: a fold between two gentle slopes, or a step that is low for the
+    /// size of the annulus.
     fn is_floor(&self, nodes: &Nodes) -> bool {
         let most = match self.kind {
             Kind::Fold => 2.0 * GENTLE,
@@ -141,8 +148,8 @@ impl Crease {
         self.rises[self.kind as usize].abs() <= most
     }
 
-    /// The squares that the crease leaves of `left`, as a share of those of `smooth`; nodes that
-    /// are far off count no more than strays.
+    /// The sum of squares that the breakline leaves of `left`, as a share of that of `smooth`.
+    /// Residuals are capped at [`STRAY`] standard deviations.
     fn leaves(
         &self,
         nodes: &Nodes,
@@ -157,8 +164,8 @@ impl Crease {
         squares(&rest) / squares(smooth)
     }
 
-    /// The crease with its line moved to where it leaves least of the ring's single cells, whose
-    /// edge is `cell_m`; those far off count no more than strays.
+    /// The breakline with its line refined on the single cells, of width `cell_m`. Residuals are
+    /// capped at [`STRAY`] standard deviations.
     fn settled(
         mut self,
         ring: &[[f64; 3]],
@@ -187,18 +194,18 @@ impl Crease {
     }
 }
 
-/// What a plane leaves of a unit crease.
+/// A unit breakline less its least-squares plane.
 fn across(nodes: &Nodes, plane: &DMatrix<f64>, kind: Kind, line: Line) -> DVector<f64> {
     without(plane, &nodes.values(|x, y| kind.value(line.beyond(x, y), nodes.step_m)))
 }
 
-/// How much of a unit crease explains most of `left`.
+/// The least-squares rise of the breakline for `left`.
 fn rise(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>, kind: Kind, line: Line) -> f64 {
     let across = across(nodes, plane, kind, line);
     across.dot(left) / across.norm_squared().max(f64::MIN_POSITIVE)
 }
 
-/// Lines in all directions that leave something of the ring on either side.
+/// Lines in all directions with at least [`LEAST_SIDE`] of the annulus on either side.
 fn lines(nodes: &Nodes) -> Vec<Line> {
     let along = |angle_rad: f64| {
         let line = Line::new(angle_rad, 0.0);
@@ -213,7 +220,7 @@ fn lines(nodes: &Nodes) -> Vec<Line> {
     (0..DIRECTIONS).flat_map(|i| along(angle(i))).collect()
 }
 
-/// The line of least cost, from moving and turning one by steps that are halved in each round.
+/// The line of least cost, from shifting and turning one by steps that are halved in each round.
 fn moved(mut line: Line, mut step_m: f64, mut turn: f64, cost: impl Fn(Line) -> f64) -> Line {
     let mut least = cost(line);
     for _ in 0..ROUNDS {
@@ -239,7 +246,7 @@ mod tests {
 
     const CELL: f64 = 0.0137;
 
-    /// The cells between 0.45 and 0.56 m off the centre, on a raster that lies anyhow.
+    /// The cells between 0.45 m and 0.56 m from the centre, on an unaligned raster.
     fn ring(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
         let at = |i: i32| 0.0031 + f64::from(i) * CELL;
         let places = (-45..45).flat_map(|i| (-45..45).map(move |j| (at(i), at(j))));
@@ -251,12 +258,12 @@ mod tests {
             .collect()
     }
 
-    /// About normal.
+    /// Roughly normal noise.
     fn noise(i: u64) -> f64 {
         (0..12).map(|k| (mix(12 * i + k) >> 11) as f64 / (1u64 << 53) as f64).sum::<f64>() - 6.0
     }
 
-    /// How far the base is off on average over the disc within the ring, in metres.
+    /// Mean error of the base over the disc within the annulus, in m.
     fn error(height: impl Fn(f64, f64) -> f64 + Copy) -> f64 {
         let mut local = ring(height);
         let bend = Crease::found(&local, CELL);

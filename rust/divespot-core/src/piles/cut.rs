@@ -1,14 +1,18 @@
-//! Where a cloud ends across an object, cut out by somebody or by the edge of the view.
+//! Cells at the edge of the scan: the share of each that was scanned.
+//!
+//! The edge comes from a clipped point cloud or the limit of the view. A cell counts by its number
+//! of points over that of the whole cells around it; its standard uncertainty is that of a Poisson
+//! count.
 
 use super::part::Part;
 use super::patch::Patch;
 use crate::count::to_f64;
 
-/// The cells this near tell how many points a whole cell holds.
+/// Whole cells are looked for within this many columns and rows. Chosen.
 const NEAR: usize = 3;
 
-/// Lets the cells through which the cloud's edge runs count by the points that they hold, `count`
-/// by a cell's middle, of those that whole cells around hold.
+/// Counts every cell at the scan's edge by its share of the points in whole cells around it;
+/// `count` gives the points of the cell at a place.
 pub(crate) fn count_what_was_seen(patch: &mut Patch, count: impl Fn([f64; 2]) -> u32) {
     let counts: Vec<f64> =
         (0..patch.zones.len()).map(|cell| f64::from(count(patch.grid.center(cell)))).collect();
@@ -26,7 +30,7 @@ pub(crate) fn count_what_was_seen(patch: &mut Patch, count: impl Fn([f64; 2]) ->
         .filter(|&cell| ends(cell) && !walled(cell) && !patch.heights_m[cell].is_nan())
         .filter_map(share)
         .collect();
-    // The counts of the cells are independent of each other.
+    // The counts are independent: over n cells their standard uncertainty falls with √n.
     let independent = to_f64(edge.len()).sqrt();
     for (cell, share, typical) in edge {
         let u_share = (share / typical).sqrt() / independent;

@@ -1,10 +1,9 @@
-//! What differs between a scan and a surface that was given, wherever the two can be told apart.
+//! What changed between a scan and a surface that was given: gained and lost volumes, in m³.
 //!
-//! No pile is looked for: what was gained is one thing, what was lost another, and each is measured
-//! from the lower of the two surfaces up to the higher. Below the detection limit of a cell nothing
-//! is called different, but around what is, differences are added up with their sign as the toe of
-//! a pile is (Wheaton et al. 2010, ESPL 35:136, on the limit; Anderson 2019, ESPL 44:1015, on the
-//! bias of adding up only what exceeds it).
+//! No pile is looked for. Each change is measured from the lower surface up to the higher. Cells
+//! below their detection limit do not start a change (Wheaton et al. 2010, ESPL 35:136). Around
+//! those above it, differences are summed with their sign, as in the toe of a pile, because a sum
+//! over only the cells above the limit is biased (Anderson 2019, ESPL 44:1015).
 
 use super::base::Base;
 use super::earlier::noise;
@@ -28,28 +27,30 @@ use crate::heightmap::{Grid, Volume};
 use crate::hypotenuse::Hypotenuse;
 use crate::pieces::pieces;
 
-/// Cells differ where the mean around them does by so many of its standard deviations.
+/// Detection limit of a cell, in standard deviations of the mean over the cell and its neighbours.
+/// Chosen on the scenes of `divespot evaluate`.
 const CLEAR: f64 = 4.0;
-/// Where two grids without noise cut an edge of the surface, their cells differ by this share of
-/// their width.
+/// Difference between two grids without noise at an edge of the surface, as a share of a cell's
+/// width. Chosen.
 const EDGE: f64 = 0.1;
-/// A volume of fewer standard uncertainties may be nothing: u95 reaches down to it.
+/// The smallest volume that is detected, in its own standard uncertainties: the coverage factor of
+/// u95.
 const DETECTED: f64 = 2.0;
 
 /// A scan on the cells of a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
-    /// Height of the surface in each cell, NaN where it was not seen.
+    /// Height of the surface in each cell, in m; NaN where it was not seen.
     pub heights_m: Vec<f64>,
-    /// Points in each cell.
+    /// Number of points in each cell.
     pub counts: Vec<u32>,
     /// The points off the surface.
     pub loose: Vec<Point>,
 }
 
 impl Seen {
-    /// How far apart cells do not share their points: drawn across triangles, three are as wide as
-    /// points are apart.
+    /// The distance, in cells, from which cells have no points in common. Cells interpolated in
+    /// triangles have it at 3: typically half of such cells are empty.
     fn independent(&self) -> isize {
         let seen = || self.heights_m.iter().zip(&self.counts).filter(|(h, _)| !h.is_nan());
         let empty = seen().filter(|(_, count)| **count == 0).count();
@@ -57,10 +58,10 @@ impl Seen {
     }
 }
 
-/// Measures where `later` stands above the base in force; with a scan that was taken `earlier`,
-/// through which that base goes, also where it lies below.
+/// Measures where `later` stands above the base in force and, with an `earlier` scan which that
+/// base represents, also where it lies below.
 ///
-/// What was lost has a negative volume.
+/// A lost volume is negative.
 ///
 /// # Errors
 ///
@@ -136,12 +137,12 @@ pub fn measure_difference(
     Ok(objects)
 }
 
-/// One scan above another surface.
+/// A scan above another surface.
 struct Rise<'a> {
-    /// Heights above that surface.
+    /// Heights of the scan above the other surface.
     scene: Scene<'a>,
     upper: &'a Seen,
-    /// That surface, as nought.
+    /// The other surface, at height 0.
     base: Base,
 }
 
@@ -180,7 +181,7 @@ impl<'a> Rise<'a> {
         Self { scene: Scene { grid, heights_m, beyond, faces, banks }, upper, base }
     }
 
-    /// The cells that stand above the other surface for sure, as one object.
+    /// The cells above their detection limit, as one object.
     fn risen(&self) -> Vec<i32> {
         let Scene { grid, heights_m, .. } = &self.scene;
         let rises = |cell: usize| {
@@ -207,7 +208,7 @@ impl<'a> Rise<'a> {
         own.flat_map(|(label, patch)| self.objects(label, patch, settings)).collect()
     }
 
-    /// The objects of one connected piece, up to the walls around it, parted where valleys are.
+    /// The objects of one connected component: clipped at walls, and parted by the watershed.
     fn objects(&self, label: i32, patch: Patch, settings: &Settings) -> Vec<Object> {
         let patch = wall::up_to_walls(patch, &self.base);
         let mut patch = continued_to_faces(patch, &self.scene, &self.base, settings.margin_m);
@@ -230,7 +231,8 @@ impl<'a> Rise<'a> {
         whole.map(|k| self.object(label, &part(k), &settings)).collect()
     }
 
-    /// Whatever its shape, it is what differs; only what may be nothing is not.
+    /// An object of any shape is a change. Only its detection limit and too little seen surface
+    /// speak against it.
     fn object(&self, label: i32, patch: &Patch, settings: &Settings) -> Object {
         let object = object(label, patch, patch, settings);
         let is_clear = object.volume.net_m3() > DETECTED * object.budget.combined_m3();
@@ -247,7 +249,7 @@ fn standing(grid: &Grid, loose: Vec<Point>) -> Found<'static> {
     Found { loose, ..Found::on_all_else(vec![NOBODY; grid.len()]) }
 }
 
-/// Raises an object that was measured above `lower` as nought to where it is; it stands on `base`.
+/// Raises an object, measured above `lower` at height 0, to its true height; it stands on `base`.
 fn placed(object: &mut Object, lower: &Base, base: &Base) {
     object.centroid_m[2] += lower.at([object.centroid_m[0], object.centroid_m[1]]);
     object.outline_m.iter_mut().for_each(|p| p[2] += base.at([p[0], p[1]]));
@@ -271,7 +273,7 @@ mod tests {
         height * (1.0 - x.hypot(y)).max(0.0)
     }
 
-    /// A scan with noise of its own; nothing where the height is none.
+    /// A scan with its own noise, unseen where `height` is NaN.
     fn seen(height: impl Fn(f64, f64) -> f64, seed: u64) -> (Grid, Seen) {
         let map = exact(height);
         let noise = |i: u64| {

@@ -1,4 +1,7 @@
-//! Objects as walls leave them.
+//! Splits objects where walls part them, and labels what walls part from all ground.
+//!
+//! The fill of an open container is an object of its own, not part of a pile that leans on the
+//! container.
 
 use std::collections::BTreeMap;
 
@@ -9,22 +12,23 @@ use crate::connectivity::components_joined;
 use crate::connectivity::{FOUR, NOBODY};
 use crate::count::to_f64;
 
-/// What meets ground along less than this share of the edge of a square of its size meets none, and
-/// what meets walls along more than that is held by them.
+/// Share of the edge of a square as large as the object, along which it must border on ground to
+/// stand on it, or on walls to be held by them. Chosen on the scenes of `divespot evaluate`.
 const ALONG: f64 = 0.1;
 
-/// What walls part from an object and is smaller than this share of it is left from the walls.
+/// A part cut off by walls that is smaller than this share of its object is a residue of the walls.
+/// Chosen on the scenes of `divespot evaluate`.
 const CRUMB: f64 = 0.05;
 
-/// Objects by cell, and the first of those that walls part from all ground.
+/// Objects by cell, and the first label of those that walls part from all ground.
 pub(crate) struct Divided {
     pub(crate) labels: Vec<i32>,
     pub(crate) first_apart: i32,
 }
 
 impl Divided {
-    /// What walls part from all ground is an object of its own: what lies in an open container is no
-    /// part of a pile that leans on it.
+    /// Splits the objects along walls; each part that walls part from all ground becomes an object
+    /// of its own.
     pub(crate) fn of(scene: &Scene<'_>, found: &Found) -> Self {
         let (grid, labels) = (scene.grid, &found.labels);
         let (walls, retaining) = (&scene.faces.walls.cells, &scene.faces.walls.retaining);
@@ -56,7 +60,7 @@ impl Divided {
     }
 }
 
-/// The largest piece of each part that was seen.
+/// The largest connected component of seen cells in each part.
 fn largest_seen(scene: &Scene<'_>, parts: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut of = vec![usize::MAX; scene.grid.len()];
     let mut seen = vec![false; scene.grid.len()];
@@ -75,8 +79,8 @@ fn largest_seen(scene: &Scene<'_>, parts: &[Vec<usize>]) -> Vec<Vec<usize>> {
     largest
 }
 
-/// Whether what was seen of a part is held by walls and meets no ground; crumbs in the shadow behind a
-/// container meet the ground there.
+/// Whether walls hold the seen cells of a part and no ground borders on them. Only the largest
+/// component counts, since small ones behind a container border on ground there.
 fn is_apart(scene: &Scene<'_>, found: &Found, seen: &[usize]) -> bool {
     let along = |meets: &dyn Fn(usize) -> bool| {
         let at = |&&cell: &&usize| scene.grid.around(cell, GAP).any(meets);
@@ -86,7 +90,7 @@ fn is_apart(scene: &Scene<'_>, found: &Found, seen: &[usize]) -> bool {
     along(&|cell| scene.faces.bars[cell]) && !along(&is_ground)
 }
 
-/// The labels without what is thin beside a face: its foot, mixed with the ground in one cell.
+/// The labels without thin strips beside a face: there the face's foot and the ground share a cell.
 fn without_feet(scene: &Scene<'_>, mut labels: Vec<i32>) -> Vec<i32> {
     let (grid, retaining) = (scene.grid, &scene.faces.walls.retaining);
     let beside =

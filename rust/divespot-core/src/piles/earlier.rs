@@ -1,4 +1,7 @@
-//! An earlier scan of the empty floor, or a saved base, as what objects stand on.
+//! A base surface from an earlier scan of the empty floor, or from a saved base; heights in m.
+//!
+//! Gaps of one cell are closed by the mean of their neighbours, larger ones by harmonic
+//! interpolation.
 
 use super::base::{Base, FEWEST};
 use super::surface::Surface;
@@ -7,15 +10,16 @@ use crate::heightmap::Grid;
 use crate::robust::{median, scale};
 use crate::{Error, Point, Result};
 
-/// The noise of a cell less the mean of its four neighbours, in parts of a cell's own.
+/// Noise of a cell's height less the mean of its four neighbours, relative to a cell's own: √(1 +
+/// 1/4).
 const OF_FOUR: f64 = 1.118;
 
 impl Surface {
-    /// The surface through the `heights_m` that were seen in the cells of `grid`; NaN elsewhere.
+    /// The surface through `heights_m`, one for each cell of `grid`, NaN where unseen.
     ///
-    /// An unseen cell beside seen ones has their mean and counts as known: two grids never quite
-    /// agree. All others lie on a film across what was seen, with the floor's own departures from a
-    /// plane as their uncertainty.
+    /// An unseen cell with two or more seen neighbours gets their mean and counts as known, because
+    /// the cells of two scans rarely coincide. All others are interpolated harmonically; their
+    /// standard uncertainty is the floor's scatter about its plane.
     ///
     /// # Errors
     ///
@@ -47,7 +51,7 @@ fn middle(seen: &[Point]) -> [f64; 2] {
     [0, 1].map(|k| median(seen.iter().map(|p| p[k]).collect()))
 }
 
-/// The heights of the four cells around one, so far away, that were seen.
+/// The seen heights of the four cells `away` columns or rows from one.
 fn neighbors(grid: &Grid, heights_m: &[f64], cell: usize, away: isize) -> Vec<f64> {
     let next = FOUR.iter().filter_map(|&(dx, dy)| grid.neighbor(cell, away * dx, away * dy));
     next.map(|n| heights_m[n]).filter(|h| !h.is_nan()).collect()
@@ -57,8 +61,8 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The noise of a cell, from how far it stands off the mean of its neighbours, so many cells away:
-/// slopes and long waves do not count.
+/// Noise of a cell's height in m, from its difference to the mean of its four neighbours `away`
+/// columns or rows off: slopes and long undulations cancel.
 pub(crate) fn noise(grid: &Grid, heights_m: &[f64], away: isize) -> f64 {
     let off = (0..grid.len()).filter_map(|cell| {
         let around = neighbors(grid, heights_m, cell, away);
@@ -68,7 +72,7 @@ pub(crate) fn noise(grid: &Grid, heights_m: &[f64], away: isize) -> f64 {
     scale(off) / OF_FOUR
 }
 
-/// Gives cells without points the mean of two seen neighbours or more.
+/// Gives unseen cells the mean of their neighbours, if two or more of these were seen.
 fn close_small_gaps(grid: &Grid, heights_m: &mut [f64]) {
     let closed: Vec<(usize, f64)> = (0..grid.len())
         .filter(|&cell| heights_m[cell].is_nan())

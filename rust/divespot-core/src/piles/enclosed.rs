@@ -1,4 +1,4 @@
-//! What of a region is material: walls in it, and what they hide, are not.
+//! Removes walls inside a given outline, and what they cover, from the volume.
 
 use super::base::Base;
 use super::face::continued_to_faces;
@@ -9,11 +9,12 @@ use super::wall;
 use crate::connectivity::components;
 use crate::connectivity::{EIGHT, FOUR};
 
-/// The region up to the faces of the walls in it.
+/// The region, clipped at the faces of the walls in it.
 ///
-/// What rises within the region and parts it, or runs out of it, is a wall; what it covers does not
-/// count. What stands in the region, seen all around, is a gap in its surface, and so is what
-/// nobody saw. `covered` says, by a cell's middle, whether points lie over it off the surface.
+/// Steep points are a wall if they split the region or run out of it; the cells that a wall covers
+/// do not count. An object inside the region with surface all around it is a gap in the surface,
+/// and so are other unseen cells. `covered` says whether points off the surface lie over the cell
+/// at a place.
 pub(crate) fn up_to_faces(
     mut patch: Patch,
     covered: impl Fn([f64; 2]) -> bool,
@@ -27,7 +28,7 @@ pub(crate) fn up_to_faces(
         patch.walls.fill(false);
         return patch;
     }
-    // Of a cell that the line just touches, most may lie behind a wall.
+    // Of a cell that the outline only touches, most may lie behind a wall.
     for (zone, part) in patch.zones.iter_mut().zip(&counted) {
         if *zone == Zone::Core && part.share < 0.5 {
             *zone = Zone::Toe;

@@ -1,7 +1,8 @@
-//! Faces: where something rises from the surface more steeply than bulk material could.
+//! Continues a pile to the faces of the walls it leans on.
 //!
-//! A cell at the face of a wall holds points on the surface and many more up the face. The pile goes
-//! on to the face as it came: the cell counts by the share of it that lies before the face.
+//! A cell at a face holds points of the pile's surface and many more of the face. There the pile's
+//! height is extrapolated by a plane, and the cell counts by the share of its area before the line
+//! of the face. The line is fitted to the face's points in plan. Lengths in m.
 
 use super::axis::{dot, main_axis};
 use super::base::Base;
@@ -19,24 +20,26 @@ use crate::material::NEVER_STEEPER;
 use crate::near_plane::{near_plane, places_about, value};
 use crate::robust::{median, scale};
 
-/// The surface goes on as it is in the pile's cells so many columns and rows away.
+/// The pile's plane is fitted to its cells within this many columns and rows. Chosen.
 const SUPPORT: usize = 5;
-/// The points of a face scatter by less than this share of a cell where it cuts off cells that look
-/// like the pile's.
+/// Largest scatter of a face's points, as a share of a cell's width, with which the face may clip
+/// cells that look like the pile's surface. Chosen on the scenes of `divespot evaluate`.
 const SHARP: f64 = 0.5;
-/// A face leans if that shows by so many standard deviations.
+/// A face leans if its lean is significant by this many standard deviations. Chosen.
 const SIGMAS: f64 = 3.0;
-/// What leans over fewer cells is an upright face that photogrammetry has rounded.
+/// A face that leans by fewer cells over its height is an upright one, rounded off by
+/// photogrammetry. Chosen on the scenes of `divespot evaluate`.
 const LEANING: f64 = 2.1;
-/// Standard deviation of where in a rounded edge the face runs, most likely in the middle (a triangular
-/// distribution; GUM 4.3.9).
+/// Standard deviation of where the face runs in a rounded edge, as a share of the edge's width: a
+/// triangular distribution about its middle (GUM 4.3.9), 1/√24.
 const ROUNDED: f64 = 0.204;
-/// Points on a wall's top are not on its face: only the lower half is taken.
+/// Share of the wall's height, from below, whose points are taken for the face: those on its top
+/// are not on the face. Chosen: half.
 const LOWER: f64 = 0.5;
 
 /// The pile, continued to the faces of the walls it leans on.
 ///
-/// Where no points tell where a face is, the pile stays.
+/// It stays as it is where too few points show a face.
 pub(crate) fn continued_to_faces(
     mut patch: Patch,
     scene: &Scene<'_>,
@@ -64,19 +67,19 @@ struct NearWalls<'a> {
     near: Vec<bool>,
     /// Cells beside walls.
     beside: Vec<bool>,
-    /// Cells in which all there is is the pile's surface.
+    /// Cells that hold only points of the pile's surface.
     clean: Vec<bool>,
     margin_m: f64,
 }
 
-/// What is the pile's of a cell at a wall.
+/// The pile's part of a cell at a wall.
 struct End {
     height_m: f64,
     part: Part,
 }
 
 impl End {
-    /// Beyond the face the surface goes on too, so that slopes before it are the pile's.
+    /// The height is extrapolated past the face too, so that slopes before it are the pile's own.
     fn mark(self, patch: &mut Patch, cell: usize) {
         patch.heights_m[cell] = self.height_m;
         patch.walls[cell] = true;
@@ -104,8 +107,8 @@ impl<'a> NearWalls<'a> {
         Self { patch, scene, base, near: near(BEYOND), beside: near(1), clean, margin_m }
     }
 
-    /// Cells near the walls that hold something else than the pile, or nothing; and those beside
-    /// the walls, which may hold points of their faces alone.
+    /// Cells near the walls that are unseen or hold other points than the pile's, and cells beside
+    /// walls, which may hold points of their faces only.
     fn before_walls(&self) -> impl Iterator<Item = usize> + '_ {
         let beside = |cell: usize| self.patch.around(cell, BEYOND).any(|n| self.clean[n]);
         let at_wall = |&cell: &usize| !self.clean[cell] || self.beside[cell];
@@ -125,8 +128,8 @@ impl<'a> NearWalls<'a> {
         let h = 0.5 * grid.cell_m;
         let square = vec![[x - h, y - h], [x + h, y - h], [x + h, y + h], [x - h, y + h]];
         let height_m = surface.at([x, y]);
-        // A face that leans goes on down to the base and lies halfway on average; one that is rounded
-        // runs most likely through the middle of its edge.
+        // A leaning face continues down to the base, so on average it runs halfway between base and
+        // surface. A rounded one most likely runs through the middle of its edge.
         let run_m = face.leans * (top_m - height_m);
         let leans = run_m > LEANING * grid.cell_m;
         let end_m = if leans { self.base.at([x, y]) } else { top_m };
@@ -138,7 +141,7 @@ impl<'a> NearWalls<'a> {
         Some(End { height_m, part: Part { u_share, ..counted } })
     }
 
-    /// The height of the highest point near a cell that is not on the surface.
+    /// Height of the highest point off the surface near a cell, in m.
     fn top_m(&self, cell: usize) -> f64 {
         self.over(cell, BEYOND).map(|p| p[2]).fold(f64::MIN, f64::max)
     }
@@ -149,7 +152,7 @@ impl<'a> NearWalls<'a> {
         cells.flat_map(|n| self.scene.faces.over(grid.cell(&self.patch.grid.center(n))))
     }
 
-    /// Points around a cell that lie above the pile's surface, below the wall's top.
+    /// Points around a cell above the pile's surface, in the lower part of the wall.
     fn above(&self, surface: &Surface, cell: usize, top_m: f64) -> Vec<Point> {
         let on_face = |p: &&Point| {
             let low = surface.at([p[0], p[1]]);
@@ -165,12 +168,12 @@ impl<'a> NearWalls<'a> {
 struct Surface {
     plane: nalgebra::Vector3<f64>,
     center_m: [f64; 2],
-    /// The middle of the cells it was taken from.
+    /// The middle of the cells that the plane was fitted to.
     from: [f64; 2],
 }
 
 impl Surface {
-    /// The plane through the pile's cells near one, the nearest counting most.
+    /// The plane through the pile's cells around `cell`; near cells have more weight.
     fn around(near: &NearWalls<'_>, cell: usize) -> Option<Self> {
         let (patch, center_m) = (near.patch, near.patch.grid.center(cell));
         let clean = patch.around(cell, SUPPORT).filter(|&n| near.clean[n] && !near.beside[n]);
@@ -186,20 +189,20 @@ impl Surface {
     }
 }
 
-/// A wall's face, which runs straight in plan and may lean back.
+/// A wall's face: straight in plan, upright or leaning back.
 struct Face {
-    /// A place on it.
+    /// A point on it.
     through: Point,
-    /// Away from the pile.
+    /// Its unit normal in plan, away from the pile.
     normal: [f64; 2],
-    /// How much farther away it lies for each metre that it rises.
+    /// Its lean: distance back for each metre of height.
     leans: f64,
-    /// Standard deviation of the face's points across it.
+    /// Standard deviation of the points across the face, in m.
     spread_m: f64,
 }
 
 impl Face {
-    /// The face on which `points` lie, seen from a place on the pile.
+    /// The face through `points`, for a pile on the side of `pile`.
     fn of(points: &[Point], pile: [f64; 2]) -> Option<Self> {
         if points.len() < FEWEST {
             return None;
@@ -227,7 +230,7 @@ impl Face {
         Some(Self { through, normal, leans, spread_m: scale(off.map(|o| o - middle)) })
     }
 
-    /// The part of an area that lies on the pile's side, at a height.
+    /// The part of an area on the pile's side of the face at a height.
     fn before(&self, ring: &Ring, height_m: f64) -> Ring {
         let back_m = self.leans * (height_m - self.through[2]);
         let off = |p: &[f64; 2]| {
@@ -261,7 +264,7 @@ pub(crate) mod tests {
         (0.5 * (1.2 - u.hypot(v))).max(0.0)
     }
 
-    /// A cone against a wall whose face, turned in plan, lies `beyond` the cone's axis.
+    /// A cone against a wall whose face, rotated in plan, lies `beyond` m from the cone's axis.
     fn leaning(turn: f64, beyond: f64) -> Vec<Point> {
         let (sin, cos) = turn.sin_cos();
         let plan = (0..384 * 288).map(|i| (f64::from(i % 384) + 0.5, f64::from(i / 384) + 0.5));
@@ -283,7 +286,7 @@ pub(crate) mod tests {
         points.chain(face).collect()
     }
 
-    /// The volume of the cone before the face, summed over a fine raster.
+    /// Volume of the cone before the face in m³, summed over a fine raster.
     fn truth(beyond: f64) -> f64 {
         let at = |i: i32| 0.01 * (f64::from(i) + 0.5) - 1.2;
         let column = |u: f64| (0..240).map(|j| cone(u, at(j))).sum::<f64>();
@@ -323,7 +326,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// A cone against a face that leans back by 0.3 m for each metre of its height.
+    /// A cone against a face that leans back by 0.3 m for each metre of height.
     fn leaning_back(beyond: f64) -> (Vec<Point>, f64) {
         let lean = 0.3;
         let bank = move |u: f64| ((u - beyond) / lean).clamp(0.0, 1.0);
@@ -348,7 +351,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// The cone seen from above, with an edge that photogrammetry has rounded over two cells.
+    /// The cone seen from above, against an edge that photogrammetry has rounded over two cells.
     fn rounded(beyond: f64) -> Vec<Point> {
         let plan = (0..384 * 288).map(|i| [f64::from(i % 384) + 0.5, f64::from(i / 384) + 0.5]);
         let surface = plan.filter_map(|[x, y]| {

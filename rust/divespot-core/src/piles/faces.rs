@@ -1,4 +1,5 @@
-//! Where something rises from the surface more steeply than bulk material could.
+//! Finds the faces in a scene: cells where points rise more steeply than 60°, which no bulk
+//! material does.
 
 use super::found::Found;
 use super::standing::{GAP, Walls};
@@ -8,23 +9,23 @@ use crate::extent;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 
-/// A face stands so many cells, at most, beyond the last that holds nothing but the pile.
+/// Largest distance of a face from the last cell with only the pile's points, in cells. Chosen.
 pub(super) const BEYOND: usize = 3;
 const WIDE: usize = (2 * GAP + 1) * (2 * GAP + 1);
 
 /// The faces of a scene.
 pub(crate) struct Faces {
-    /// What stands in each cell, banks included.
+    /// The wall in each cell, banks included.
     pub(crate) walls: Walls,
-    /// Cells of walls, with the gaps between them closed: nothing goes on across them.
+    /// Cells of walls and of the gaps in them: no flank or object continues across them.
     pub(crate) bars: Vec<bool>,
-    /// The points that may be on a face with their cells, in order of both.
+    /// The points that may lie on a face, sorted by cell and height.
     risen: Vec<(usize, Point)>,
 }
 
 impl Faces {
-    /// Where something rises from a surface of these heights to more than `margin_m` above what the
-    /// steepest material could reach in a cell: loose points, or a bank beside an object.
+    /// Finds where loose points, or a bank beside an object, rise more than `margin_m` above what
+    /// the steepest material could reach within a cell.
     pub(crate) fn of(grid: &Grid, heights_m: &[f64], found: &Found, margin_m: f64) -> Self {
         let mut risen = by_cell(grid, found.loose.iter(), |_| true);
         let mut walls = Walls::of(grid, heights_m, &risen, margin_m);
@@ -50,8 +51,8 @@ impl Faces {
         Self { walls, bars, risen }
     }
 
-    /// The cells that lie outside of the hull of what was seen of the surface. What is hidden between
-    /// it and the walls around it is no end of the scan, but what was not seen of a wall's top is.
+    /// The cells outside the convex hull of the seen surface. An occluded gap between the surface
+    /// and a wall is not the end of the scan; an unseen part of a wall's top is.
     pub(crate) fn beyond(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
         let known = |(&h, &stands): (&f64, &bool)| if h.is_nan() && stands { 0.0 } else { h };
         let all: Vec<f64> = heights_m.iter().zip(&self.walls.standing).map(known).collect();
@@ -76,7 +77,7 @@ impl Faces {
     }
 }
 
-/// The points over cells that are wanted, in order of cell and height.
+/// The points over the wanted cells, sorted by cell and height.
 fn by_cell<'a>(
     grid: &Grid,
     points: impl Iterator<Item = &'a Point>,

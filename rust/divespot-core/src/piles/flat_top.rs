@@ -1,10 +1,9 @@
-//! Boxes: where a flat top ends.
+//! The footprint and volume of flat-topped objects such as boxes.
 //!
-//! Seen aslant, the side of a box fills the cells it runs through with points of every height, and
-//! flying pixels trail from its edges into its shadow. Neither covers any ground: averaged with the
-//! top they widen a box by a cell all round. A cell counts by the share of it that the top covers,
-//! which is the number of its points on the top over that of the cells around it which lie wholly
-//! on the top.
+//! In an oblique view the side of a box fills the cells it passes through with points at every
+//! height, and flying pixels trail from its edges. Averaged with the top, both widen the box by a
+//! cell all round. So a cell counts by the share of it that the top covers: its number of points on
+//! the top over that of the cells wholly on the top around it. Lengths in m.
 
 use super::object::Object;
 use crate::count::to_f64;
@@ -14,21 +13,22 @@ use crate::near_plane::{value, weighted_plane};
 use crate::robust::median_in;
 use crate::{Bounds, Point};
 
-/// A top is flat if this share of the object's cells lies within the margin of a plane.
+/// The top is flat if this share of the object's cells lies within the margin of a plane. Chosen on
+/// the scenes of `divespot evaluate`.
 const FLAT: f64 = 0.5;
-/// The first plane is level; a top is inclined by a few margins at most.
+/// Iterations of the plane fit. The first plane is level; a top slopes by a few margins at most.
+/// Chosen.
 const FITS: usize = 4;
-/// A cell lies wholly on the top if it and its neighbours hold this share of the points that they
-/// typically do: those inside of a straight edge that runs along a cell do.
+/// A cell is wholly on the top if it and its neighbours hold this share of the typical number of
+/// points. At a straight edge along the cells, the cell inside the edge does (6 of 9 cells).
 const INSIDE: f64 = 2.0 / 3.0;
-/// Cells wholly on the top are looked for so many columns and rows around.
+/// Cells wholly on the top are looked for within this many columns and rows. Chosen.
 const NEAR: usize = 3;
-/// The edge is as likely to lie anywhere between the top's and the one that was found by height: a
-/// rectangular distribution has this standard deviation in parts of its width (GUM 4.3.7).
+/// Standard uncertainty of the edge, as a share of the distance between the top's edge and the one
+/// found by height: a rectangular distribution (GUM 4.3.7), 1/√12.
 const BETWEEN: f64 = 0.289;
 
-/// Takes flat-topped objects, none of which is a pile, for what their tops cover, in place of their volume
-/// by the height of their cells.
+/// Replaces the volume of flat-topped objects, none of which is a pile, by that below their tops.
 pub(crate) fn trim<'a>(grid: &Grid, points: &[Point], objects: &'a mut [Object], margin_m: f64) {
     let top = |o: &'a mut Object| Top::of(o, margin_m).map(|top| (o, top));
     let mut flat: Vec<(&mut Object, Top)> = objects.iter_mut().filter_map(top).collect();
@@ -39,7 +39,7 @@ pub(crate) fn trim<'a>(grid: &Grid, points: &[Point], objects: &'a mut [Object],
     }
 }
 
-/// The points above the cells that any of the objects covers, each with its cell.
+/// The points over the cells of any of the objects, each with its cell.
 pub(crate) fn points_over<'a>(
     grid: &Grid,
     points: impl Iterator<Item = &'a Point>,
@@ -49,7 +49,7 @@ pub(crate) fn points_over<'a>(
     let Some(bounds) = Bounds::of(covered.iter().copied()) else { return Vec::new() };
     let mut covers = vec![false; grid.len()];
     covered.iter().for_each(|p| covers[grid.cell(p)] = true);
-    // Far from all tops no cell need be sought.
+    // Bounds first: far from all objects no cell need be looked up.
     let (low, high) = (bounds.min.map(|v| v - grid.cell_m), bounds.max.map(|v| v + grid.cell_m));
     let near = points.filter(|p| (0..2).all(|k| low[k] <= p[k] && p[k] <= high[k]));
     near.map(|p| (grid.cell(p), *p)).filter(|&(cell, _)| covers[cell]).collect()
@@ -60,13 +60,13 @@ struct Top {
     center_m: [f64; 2],
     plane: [f64; 3],
     margin_m: f64,
-    /// The mean height of its cells.
+    /// Mean height of its cells, in m.
     height_m: f64,
 }
 
 impl Top {
-    /// The plane through the cells near the median height, and then through those near itself;
-    /// `None` where these are too few.
+    /// The plane through the cells near the median height, refitted to the cells near itself;
+    /// `None` if these are too few.
     fn of(object: &Object, margin_m: f64) -> Option<Self> {
         let mut heights: Vec<f64> = object.covers_m.iter().map(|p| p[2]).collect();
         let plane = [median_in(&mut heights), 0.0, 0.0];
@@ -92,13 +92,13 @@ impl Top {
         [p[0] - self.center_m[0], p[1] - self.center_m[1], p[2]]
     }
 
-    /// How far a height above the base lies above the top.
+    /// Height of a cell or point above the top, in m.
     fn off_m(&self, p: &[f64; 3]) -> f64 {
         p[2] - value(&self.plane.into(), &self.local(p))
     }
 }
 
-/// Points on the top in each cell that the object covers; NaN in all others.
+/// Number of points on the top in each cell of the object; NaN in all others.
 fn on_top(grid: &Grid, points: &[(usize, Point)], object: &Object, top: &Top) -> Vec<f64> {
     let mut count = vec![f64::NAN; grid.len()];
     object.covers_m.iter().for_each(|p| count[grid.cell(p)] = 0.0);
@@ -111,7 +111,7 @@ fn on_top(grid: &Grid, points: &[(usize, Point)], object: &Object, top: &Top) ->
     count
 }
 
-/// How many cells the top covers, from the points on it in each cell.
+/// How many cells the top covers, from the number of points on it in each.
 fn covered(grid: &Grid, on_top: &[f64]) -> f64 {
     let cells: Vec<usize> = (0..on_top.len()).filter(|&cell| !on_top[cell].is_nan()).collect();
     let mut mean = vec![f64::NAN; on_top.len()];
@@ -129,19 +129,19 @@ fn covered(grid: &Grid, on_top: &[f64]) -> f64 {
     cells.iter().zip(&full).map(share).sum()
 }
 
-/// Near a straight edge, more than a quarter of the cells lie wholly on the top.
+/// Upper quartile: near a straight edge more than a quarter of the cells are wholly on the top.
 fn upper_quartile(mut counts: Vec<f64>) -> f64 {
     counts.sort_unstable_by(f64::total_cmp);
     counts.get(counts.len() * 3 / 4).copied().unwrap_or(0.0)
 }
 
-/// The mean number of points on the top in a cell and its neighbours.
+/// Mean number of points on the top in a cell and its neighbours.
 fn around(grid: &Grid, on_top: &[f64], cell: usize) -> f64 {
     let counts = grid.around(cell, 1).map(|n| on_top[n]).filter(|count| !count.is_nan());
     counts.sum::<f64>() / to_f64(grid.around(cell, 1).count())
 }
 
-/// What lies beyond the top was counted too much: trimming never adds.
+/// Reduces the object to its top. It never grows.
 fn shrink(object: &mut Object, height_m: f64, area_m2: f64) {
     let volume = Volume { cut_m3: height_m * area_m2, fill_m3: 0.0, area_m2 };
     let between_m3 = object.volume.net_m3() - volume.net_m3();
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
     use crate::heightmap::height_map;
 
-    /// A box of 2 by 1.5 by 0.8 whose sides are full of points, with flying pixels beside one.
+    /// A box of 2 m by 1.5 m by 0.8 m with points all over its sides and flying pixels beside one.
     fn points() -> Vec<Point> {
         let at = |i: i32| (f64::from(i) + 0.5) * CELL / 3.0;
         let plan = (0..384 * 288).map(|i| (at(i % 384), at(i / 384)));

@@ -1,4 +1,5 @@
-//! What was found in a height map, to be measured.
+//! What was found in a height map, as input for measuring: objects, ground, and points off the
+//! surface.
 
 use std::borrow::Cow;
 
@@ -6,7 +7,7 @@ use crate::Point;
 use crate::connectivity::{AXES, NOBODY};
 use crate::heightmap::Grid;
 
-/// Points of which those count that are marked, where marks are given.
+/// A set of points: all, or those with a mark.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Marked<'a> {
     points: Cow<'a, [Point]>,
@@ -14,7 +15,7 @@ pub struct Marked<'a> {
 }
 
 impl<'a> Marked<'a> {
-    /// Those of `points` with a mark.
+    /// The `points` that are marked.
     #[must_use]
     pub fn among(points: &'a [Point], marks: &'a [bool]) -> Self {
         Self { points: Cow::Borrowed(points), marks: Some(marks) }
@@ -32,23 +33,23 @@ impl From<Vec<Point>> for Marked<'_> {
     }
 }
 
-/// Objects, the ground that they stand on, and what is no part of the surface.
+/// Objects, the ground they stand on, and the points off the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found<'a> {
-    /// The object that each cell belongs to, or -1.
+    /// Label of the object in each cell; -1 for none.
     pub labels: Vec<i32>,
     /// Whether a cell is ground.
     pub ground: Vec<bool>,
-    /// The points of the surface.
+    /// The points on the surface.
     pub surface: Marked<'a>,
-    /// The points that lie off it.
+    /// The points off the surface.
     pub loose: Vec<Point>,
-    /// Whether each of those belongs to a cluster apart from the ground's.
+    /// Whether each point off the surface belongs to a cluster apart from that of the ground.
     pub apart: Vec<bool>,
 }
 
 impl Found<'_> {
-    /// Objects that stand on whatever is none of theirs.
+    /// Objects, with all other cells as ground.
     #[must_use]
     pub fn on_all_else(labels: Vec<i32>) -> Self {
         let ground = labels.iter().map(|&label| label == NOBODY).collect();
@@ -60,8 +61,8 @@ impl Found<'_> {
         !self.ground[cell] && self.labels[cell] == NOBODY
     }
 
-    /// The cells that an object's toe or the ground around it may lie in: banks and faces part an
-    /// object from the ground behind them, with the gaps of a cell in them.
+    /// The cells that a toe or an annulus of ground may lie in. Banks and faces, and one-cell gaps
+    /// in them, part an object from the ground behind them.
     pub(crate) fn open(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
         let seen = |cell: usize| !heights_m[cell].is_nan();
         let bank = |cell: usize| self.is_bank(cell) && seen(cell);

@@ -1,4 +1,7 @@
-//! Heights of cells that were not seen, and how well they are known.
+//! Heights of unseen cells of an object, in m, and the standard uncertainty of their volume, in m³.
+//!
+//! Method: harmonic interpolation across enclosed gaps; in an occlusion shadow the flank runs down
+//! at the pile's own angle of repose (`hidden`).
 
 use super::hidden::{Edge, Flank, Rim, open, rims};
 use super::patch::{Patch, Zone};
@@ -6,25 +9,26 @@ use super::repose::Repose;
 use crate::film::{Node, relax};
 use crate::hypotenuse::Hypotenuse;
 
-/// Standard deviation of what lies anywhere within one of the middle (GUM 4.3.7).
+/// Standard deviation of a rectangular distribution, as a share of its half-width (GUM 4.3.7):
+/// 1/√3.
 pub(crate) const ANYWHERE: f64 = 0.577;
 
-/// Mean square, as a root, of what lies above a flank at most as high as the line of sight, and the
-/// less likely the higher (a triangular distribution with its mode at the flank; GUM 4.3.9).
+/// Root mean square height of the surface above the flank in a shadow, as a share of the height of
+/// the line of sight: a triangular distribution with its mode at the flank (GUM 4.3.9), 1/√6.
 const BELOW_SIGHT: f64 = 0.408;
 
-/// Heights above the base with the gaps closed.
+/// Heights above the base with the gaps filled, in m.
 pub(crate) struct Filled {
     pub(crate) above_m: Vec<f64>,
-    /// Standard uncertainty of the volume in the cells that were filled.
+    /// Standard uncertainty of the volume in filled cells, in m³.
     pub(crate) u_m3: f64,
 }
 
-/// Closes the unseen cells of an object.
+/// Fills the unseen cells of an object.
 ///
-/// In the shadow behind it the flank runs down at the angle of repose; a gap that it encloses, or
-/// one between its toe and the ground, is crossed as a soap film would. What lies beyond the scan
-/// is not counted.
+/// In the shadow behind the object its flank runs down at the angle of repose. A gap that it
+/// encloses, or one between its toe and the ground, is interpolated harmonically. Cells beyond the
+/// scan do not count.
 pub(crate) fn fill(patch: &Patch, above: &[f64]) -> Filled {
     let gaps = gaps(patch, above);
     if gaps.is_empty() {
@@ -33,7 +37,7 @@ pub(crate) fn fill(patch: &Patch, above: &[f64]) -> Filled {
     let hidden = Hidden::behind(patch, above);
     let sight_m3 = hidden.below_sight_m3(patch);
     let (filled, film) = closed(patch, above, gaps, &hidden);
-    // The surface lies between the film and the lowest that the material can stand.
+    // The surface lies between the harmonic interpolation and the lowest flank of the material.
     let share = |cell: usize| patch.counted(cell).share;
     let slack = film.iter().map(|&c| share(c) * (filled[c] - hidden.above_m[c]).abs());
     let u_film_m3 = ANYWHERE * slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m;
@@ -43,7 +47,7 @@ pub(crate) fn fill(patch: &Patch, above: &[f64]) -> Filled {
     }
 }
 
-/// The heights of [`fill`] alone, for about half the work.
+/// Only the heights of [`fill`], at about half the cost.
 pub(crate) fn heights(patch: &Patch, above: &[f64]) -> Vec<f64> {
     let gaps = gaps(patch, above);
     if gaps.is_empty() {
@@ -58,7 +62,7 @@ fn gaps(patch: &Patch, above: &[f64]) -> Vec<usize> {
     (0..above.len()).filter(|&cell| above[cell].is_nan()).filter(held).collect()
 }
 
-/// The heights with the gaps closed, and the gaps that a film was stretched across.
+/// The heights with the gaps filled, and the cells that were interpolated harmonically.
 fn closed(
     patch: &Patch,
     above: &[f64],
@@ -76,7 +80,7 @@ fn closed(
     (filled, gaps)
 }
 
-/// How flanks run down from what was seen of an object.
+/// The flanks that run down from the seen part of an object.
 struct Flanks<'a> {
     patch: &'a Patch,
     above: &'a [f64],
@@ -101,24 +105,25 @@ impl<'a> Flanks<'a> {
         rims(&self.patch.grid, object, edge, above, |cell| self.unseen(cell))
     }
 
-    /// The heights of the flanks from these rims, `times` the uncertainty of the slope steeper.
+    /// Heights of the flanks from these rims in m, for a slope that is `times` its uncertainty
+    /// steeper.
     fn down(&self, rims: &[Rim], times: f64) -> Vec<f64> {
         let slope = |_| self.repose.steeper(times);
         Flank::down(&self.patch.grid, rims, slope, |cell| self.unseen(cell)).above_m
     }
 }
 
-/// The flanks that nobody saw.
+/// The occluded flanks.
 struct Hidden<'a> {
     flanks: Flanks<'a>,
     /// Whether a cell lies in a shadow that is open to the ground.
     open: Vec<bool>,
-    /// The rims that are sure.
+    /// The rims for the lower bound.
     sure: Vec<Rim>,
-    /// The lowest that the material can stand above the base, from either edge; 0 where none need be.
+    /// Lower and upper bound of the flank above the base, in m; 0 where no flank reaches.
     sure_m: Vec<f64>,
     crest_m: Vec<f64>,
-    /// Their mean.
+    /// Mean of the two bounds, in m.
     above_m: Vec<f64>,
 }
 
@@ -139,8 +144,9 @@ impl<'a> Hidden<'a> {
         self.open[cell] && self.above_m[cell] > 0.0
     }
 
-    /// The volume in the shadow between the flanks and the line of sight over the crest: a film
-    /// across the shadow ends where that line meets the ground.
+    /// Volume in m³ between the flanks and the line of sight over the crest. A harmonic
+    /// interpolation across the whole shadow stands for that line: it ends where the line meets the
+    /// ground.
     fn below_sight_m3(&self, patch: &Patch) -> f64 {
         let hidden = |&cell: &usize| self.flanks.unseen(cell) && self.open[cell];
         let held: Vec<usize> = patch.held().filter(hidden).collect();
@@ -155,7 +161,7 @@ impl<'a> Hidden<'a> {
         slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m
     }
 
-    /// Standard uncertainty of the volume of the hidden flanks.
+    /// Standard uncertainty of the volume of the occluded flanks, in m³.
     fn u_m3(&self) -> f64 {
         let sum = |high: &[f64], low: &[f64]| {
             let behind = (0..self.open.len()).filter(|&cell| self.open[cell]);
@@ -169,7 +175,7 @@ impl<'a> Hidden<'a> {
     }
 }
 
-/// Stretches a film across the cells of `gap`.
+/// Interpolates harmonically across the cells of `gap`.
 fn stretch(patch: &Patch, filled: &mut [f64], gap: &[usize]) {
     let known = filled.iter().filter(|h| !h.is_nan());
     let largest = known.fold(0.0_f64, |most, h| most.max(h.abs()));

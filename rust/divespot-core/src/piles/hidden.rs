@@ -1,8 +1,9 @@
-//! The flank that lies in the pile's own shadow.
+//! The occluded flank of a pile: the flank in the pile's own shadow.
 //!
-//! From one side a sensor sees a pile's near flank, then nothing, then the ground behind. Left out,
-//! the far flank is lost; with a straight line to the ground behind, far too much is put in. Poured
-//! material runs down from what was seen at its angle of repose.
+//! From one side a sensor sees a pile's near flank, then nothing, then the ground behind. Without
+//! the far flank much of the volume is missing; with a straight line to the ground behind, there is
+//! far too much. Poured material runs down from the last seen cell at its angle of repose. Heights
+//! in m.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -17,8 +18,8 @@ use crate::extent::NEAR;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 
-/// The unseen cells that lie open to the ground, or to what is beyond the scan: those of `unseen`
-/// that are joined to the map's edge or to a seen cell which is not the `object`'s. What the object encloses is a gap in it, no shadow behind it.
+/// The unseen cells that are connected to the map's edge or to a seen cell outside the `object`.
+/// Unseen cells that the object encloses are gaps in it, not its shadow.
 pub(crate) fn open(
     grid: &Grid,
     unseen: impl Fn(usize) -> bool,
@@ -31,45 +32,45 @@ pub(crate) fn open(
     spread(grid, seeds, unseen)
 }
 
-/// The highest surface of every pile's unseen cells, and whose it is: from each seen cell at the
-/// shadow's rim a cone runs down at the angle of repose.
+/// The highest flank in every unseen cell, and its pile: from each seen cell at the shadow's rim a
+/// cone runs down at the angle of repose.
 pub(crate) struct Flank {
-    /// The pile that the cell belongs to; nobody where no flank reaches.
+    /// Label of the pile in each cell; unlabelled where no flank reaches.
     pub(crate) owner: Vec<i32>,
-    /// Height above that pile's base; 0 where no flank reaches.
+    /// Height above that pile's base, in m; 0 where no flank reaches.
     pub(crate) above_m: Vec<f64>,
 }
 
-/// Where a flank starts from.
+/// The start of a flank.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rim {
     /// The last seen cell.
     last: usize,
-    /// The cell from which the distance counts, and its height above the base.
+    /// The cell from which distance counts, and its height above the base in m.
     from: usize,
     above_m: f64,
     owner: i32,
 }
 
-/// Which height a rim has.
+/// The height at which a flank starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Edge {
-    /// That of the last seen cell. It holds points that mix what is before the shadow with what is
-    /// behind: mostly too high.
+    /// Height of the last seen cell. It is mostly too high: its points are a mix of the pile and of
+    /// what is before it.
     Last,
-    /// The same, but where nothing near by is higher, the crest may lie a cell farther on, higher
-    /// by `rise_m`.
+    /// The same; where no cell near by is higher, `rise_m` is added, since the crest may lie a cell
+    /// farther on.
     Crest { rise_m: f64 },
-    /// That of the highest cell near by whose neighbours were all seen: too low where the crest
-    /// is the rim.
+    /// Height of the highest cell near by whose neighbours were all seen. It is too low where the
+    /// crest is the rim.
     Sure,
 }
 
 impl Flank {
-    /// Runs down from `rims` through the `unseen` cells; `slope` is each owner's.
+    /// Runs down from `rims` through the `unseen` cells; `slope` gives each pile's.
     ///
-    /// Cells are settled from the highest down, each from the rim that its neighbour was settled
-    /// from: the distance is the straight one to that rim.
+    /// Cells are settled from the highest down (Dijkstra's order), each from the rim of the
+    /// neighbour it was reached from, at the straight distance to that rim.
     pub(crate) fn down(
         grid: &Grid,
         rims: &[Rim],
@@ -78,7 +79,7 @@ impl Flank {
     ) -> Self {
         let nothing = vec![NOBODY; grid.len()];
         let mut flank = Self { owner: nothing, above_m: vec![0.0; grid.len()] };
-        // Heights above nought are ordered as their bits are; of equal ones the first rim's goes first.
+        // Positive floats sort as their bits do. Of equal heights that of the first rim wins.
         let mut best = vec![(0, Reverse(usize::MAX)); grid.len()];
         let mut heap = BinaryHeap::new();
         let mut reach = |heap: &mut BinaryHeap<_>, from: usize, rim: usize| {
@@ -112,7 +113,7 @@ fn distance(grid: &Grid, a: usize, b: usize) -> f64 {
     (ax - bx).hypotenuse(ay - by)
 }
 
-/// The cells of `object` that border on unseen ones.
+/// The cells of `object` that border on unseen ones, as starts of flanks.
 pub(crate) fn rims(
     grid: &Grid,
     object: impl Iterator<Item = (usize, i32)>,
@@ -134,7 +135,7 @@ pub(crate) fn rims(
     last.polled().filter_map(rim).filter(|rim| rim.above_m > 0.0).collect()
 }
 
-/// Whether no cell near `last` was seen to be higher.
+/// Whether no seen cell near `last` is higher.
 fn is_crest(grid: &Grid, last: usize, above: impl Fn(usize) -> f64) -> bool {
     let near = square(grid, last, NEAR as isize).flatten();
     !near.map(&above).any(|height| height > above(last))
@@ -148,15 +149,15 @@ fn sure(grid: &Grid, last: usize, above: impl Fn(usize) -> f64) -> Option<usize>
     inner.max_by(|&a, &b| above(a).total_cmp(&above(b)))
 }
 
-/// The cells up to `reach` columns and rows away, itself included.
+/// The cells up to `reach` columns and rows away, including the cell itself.
 fn square(grid: &Grid, cell: usize, reach: isize) -> impl Iterator<Item = Option<usize>> + '_ {
     let span = -reach..=reach;
     span.clone().flat_map(move |dy| span.clone().map(move |dx| grid.neighbor(cell, dx, dy)))
 }
 
-/// The labels, and with them the unseen cells that the flanks of the piles run down over.
+/// The labels, extended over the unseen cells that the piles' flanks run down over.
 ///
-/// `piles` are the bases of the objects that are piles: only they stand at an angle of repose.
+/// `piles` holds the bases of the objects that are piles: only they stand at an angle of repose.
 pub(crate) fn with_hidden_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
@@ -180,7 +181,7 @@ pub(crate) fn with_hidden_flanks(
     labels.iter().enumerate().map(owner).collect()
 }
 
-/// The angle of repose of every pile with a rim.
+/// The angle of repose of every pile that has a rim.
 fn slopes(
     grid: &Grid,
     labels: &[i32],

@@ -1,4 +1,7 @@
-//! Every object of a scene, one after the other.
+//! Measures every object of a scene: footprint in m², volumes and uncertainty budget in m³.
+//!
+//! Method: base surface and core from the ground around each object, occluded flanks, walls,
+//! watershed, then volume and budget of each pile (`object`).
 
 use std::collections::BTreeMap;
 
@@ -23,8 +26,8 @@ use crate::thread_count;
 
 /// Measures every object in a levelled height map, and the things off its surface.
 ///
-/// `heights_m` holds one value a cell: the height of the surface, NaN where nothing was seen.
-/// Objects come by number, then the things.
+/// `heights_m` holds one value for each cell: the height of the surface in m, NaN where it was not
+/// seen. The result lists the objects by label, then the things.
 ///
 /// # Errors
 ///
@@ -101,7 +104,7 @@ fn measured(
     let around = Around { grid, heights_m, open, ground: &found.ground, noise_m };
     let divided = Divided::of(&scene, found);
     let whole = patches(&scene, &divided.labels, &around, settings);
-    // Where no toe is wanted, an object is what was found (paper).
+    // With no toe (the paper's method), an object is exactly the cells that were found.
     if settings.toe_cells == 0 {
         return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
     }
@@ -122,7 +125,7 @@ fn measured(
     Ok(objects)
 }
 
-/// The objects, each as it was found and as a whole with its flanks.
+/// The objects, each as it was found and with its occluded flanks.
 fn with_their_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
@@ -144,7 +147,7 @@ fn with_their_flanks(
     found.into_iter().filter_map(|(n, found)| Some((n, found, whole.remove(&n)?))).collect()
 }
 
-/// The base below every cell that was measured, NaN elsewhere.
+/// Height of the base in every measured cell, in m; NaN elsewhere.
 #[must_use]
 pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
     let mut map = vec![f64::NAN; grid.len()];
@@ -152,7 +155,8 @@ pub fn base_map(grid: &Grid, objects: &[Object]) -> Vec<f64> {
     map
 }
 
-/// The labels of the cells that were seen to stand clear of the ground around each object.
+/// The labels of only those cells that are more than the margin above the ground around their
+/// object.
 fn clear_of_ground(
     scene: &Scene<'_>,
     labels: &[i32],
@@ -167,7 +171,7 @@ fn clear_of_ground(
     labels.iter().enumerate().polled().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
 }
 
-/// The plane of the ground around each object; `None` where the ring says nothing.
+/// The plane of the ground around each object; `None` where the annulus has too few cells.
 fn planes(patches: &[(i32, Patch)], settings: &Settings) -> Vec<Option<Base>> {
     let plane = |(_, patch): &(i32, Patch)| ring_plane(patch).map(|(plane, _)| plane);
     map_each(patches, thread_count(settings.threads), plane)
@@ -182,7 +186,7 @@ fn bases(
     patches.iter().zip(planes).map(|((n, _), plane)| (*n, base(plane))).collect()
 }
 
-/// The labels, and with them the hidden cells over which each pile runs down to the ground.
+/// The labels, extended over the occluded cells that each pile's flank runs down over.
 fn with_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
@@ -191,7 +195,7 @@ fn with_flanks(
     settings: &Settings,
 ) -> Vec<i32> {
     let mut bases = bases(found, planes, settings);
-    // Only a pile stands at an angle of repose.
+    // Only piles stand at an angle of repose.
     for (n, patch) in found {
         if !shape(patch, &bases[n], settings).could_be_poured() {
             bases.remove(n);

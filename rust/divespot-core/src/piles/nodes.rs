@@ -1,4 +1,5 @@
-//! The ring of ground around an object, thinned out for fits of its form.
+//! The annulus of ground around an object, averaged in squares for the fits of breakline and
+//! kriging.
 
 use std::collections::BTreeMap;
 
@@ -7,21 +8,23 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use crate::count::to_f64;
 use crate::robust::scale;
 
-/// Nodes along the longer side of the ring, at most.
+/// Most squares along the longer side of the annulus. Chosen: it bounds the time of the fits.
 const NODES: f64 = 24.0;
-/// Cells for each square of the ring's rectangle; about half of the squares lie on the ring.
+/// Cells for each square of the bounding rectangle; the annulus fills about half of the squares.
+/// Chosen.
 const CELLS: f64 = 3.0;
 
-/// The ring's cells gathered into squares, each weighted by the root of their number.
+/// The median height of the annulus in each square; rows are weighted by the root of the number of
+/// cells.
 pub(crate) struct Nodes {
     pub(crate) places: Vec<[f64; 2]>,
     pub(crate) roots: DVector<f64>,
     pub(crate) heights: DVector<f64>,
-    /// Longer side of the ring's rectangle.
+    /// Longer side of the annulus's bounding rectangle, in m.
     pub(crate) size_m: f64,
-    /// Edge of a node's square.
+    /// Width of a square, in m.
     pub(crate) step_m: f64,
-    /// Standard deviation of a cell about the middle of its node.
+    /// Standard deviation of a cell about the height of its square, in m.
     pub(crate) noise_m: f64,
 }
 
@@ -59,8 +62,7 @@ impl Nodes {
         DVector::from_fn(self.places.len(), |i, _| value(i))
     }
 
-    /// Orthonormal columns that span the weighted values of functions at the nodes; `None` where
-    /// there are too few nodes.
+    /// Orthonormal basis of the weighted functions at the nodes (QR); `None` with too few nodes.
     pub(crate) fn basis(&self, functions: impl Fn(f64, f64) -> Vec<f64>) -> Option<DMatrix<f64>> {
         let rows: Vec<Vec<f64>> = self.places.iter().map(|p| functions(p[0], p[1])).collect();
         let width = rows.first()?.len();
@@ -69,7 +71,7 @@ impl Nodes {
         (rows.len() > 2 * width).then(|| matrix.qr().q())
     }
 
-    /// The middle of each node.
+    /// Mean place and height of each node.
     pub(crate) fn points(&self) -> Vec<[f64; 3]> {
         let point = |(i, p): (usize, &[f64; 2])| [p[0], p[1], self.heights[i] / self.roots[i]];
         self.places.iter().enumerate().map(point).collect()
@@ -87,7 +89,8 @@ impl Nodes {
         }
     }
 
-    /// Height at the centre and slopes of the plane that fits the nodes best when `other` lies on it.
+    /// Height at the centre and slopes of the plane that fits the nodes best after `other` is
+    /// subtracted.
     pub(crate) fn plane_under(&self, other: impl Fn(f64, f64) -> f64) -> Option<[f64; 3]> {
         let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for (i, &[x, y]) in self.places.iter().enumerate() {
@@ -99,14 +102,14 @@ impl Nodes {
     }
 }
 
-/// The median, between the two middle ones of an even number: of few values the upper is too high.
+/// The median, interpolated between the two middle values: with few values the upper one is biased.
 fn middle(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let half = values.len() / 2;
     0.5 * (values[half] + values[values.len().div_ceil(2) - 1])
 }
 
-/// The part of `values` that lies across all columns of an orthonormal basis.
+/// `values` less their projection onto an orthonormal basis.
 pub(crate) fn without(basis: &DMatrix<f64>, values: &DVector<f64>) -> DVector<f64> {
     values - basis * basis.tr_mul(values)
 }

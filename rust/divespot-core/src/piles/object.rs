@@ -1,4 +1,6 @@
-//! One object: its volume above its base, and what there is to say of it.
+//! Measures one object: its volume above its base and the properties that are reported with it.
+//!
+//! The volume is the sum over its cells of height above the base × area × share, in m³.
 
 use super::base::Base;
 use super::budget::Budget;
@@ -13,34 +15,34 @@ use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::{Volume, integrate};
 
-/// Something that stands on the ground.
+/// An object that stands on the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Object {
     /// The label of its cells.
     pub label: i32,
-    /// Volume above and below the base.
+    /// Volumes above and below the base, in m³.
     pub volume: Volume,
-    /// Volumes above the bases that are compared.
+    /// Volumes above the other bases asked for, in m³.
     pub compared_m3: Vec<f64>,
-    /// Its uncertainty.
+    /// The uncertainty budget.
     pub budget: Budget,
-    /// The base.
+    /// The base surface.
     pub base: Base,
-    /// Area of the cells that the object covers.
+    /// Area of the cells that it covers, in m².
     pub footprint_m2: f64,
-    /// Height of the highest cell above the base.
+    /// Height of its highest cell above the base, in m.
     pub max_height_m: f64,
-    /// Middle of every cell that the object covers, and its height above the base.
+    /// Middle of every cell that it covers, and its height above the base, in m.
     pub covers_m: Vec<[f64; 3]>,
-    /// Centre of the volume.
+    /// Centroid of the volume, in m.
     pub centroid_m: [f64; 3],
-    /// The footprint's outline at the base, counter-clockwise.
+    /// Outline of the footprint at the height of the base, counter-clockwise, in m.
     pub outline_m: Vec<[f64; 3]>,
-    /// The base in the middle of every cell that was measured.
+    /// Base in the middle of every measured cell, in m.
     pub base_m: Vec<[f64; 3]>,
     /// Share of the footprint's cells that were seen.
     pub seen_fraction: f64,
-    /// Whether the object runs out of what was seen.
+    /// Whether it runs out of the scan.
     pub touches_edge: bool,
     /// Whether it leans on walls, which are not part of it.
     pub leans_on_wall: bool,
@@ -48,10 +50,12 @@ pub struct Object {
     pub reason: Option<Reason>,
 }
 
-/// A toe with this share of its cells beyond what was seen is cut off.
+/// An object touches the scan's edge if more than this share of its toe lies beyond. Chosen on the
+/// scenes of `divespot evaluate`.
 pub(crate) const CUT_OFF: f64 = 0.1;
 
-/// Measures `patch`, the object with its flanks; `found`, without them, tells whether it is a pile.
+/// Measures `patch`, the object with its occluded flanks; `found`, without them, decides whether it
+/// is a pile.
 pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Object {
     let base = base_of(patch, settings.base.as_ref(), settings);
     let above = above_base(patch, &base);
@@ -92,7 +96,7 @@ pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settin
     }
 }
 
-/// What stands clear of the ground around the object, whatever base was asked for.
+/// The object's shape above the ground around it, whichever base was asked for.
 fn shape_above_ground<'a>(found: &'a Patch, local: &Base, settings: &Settings) -> Shape<'a> {
     let around = || ring_plane(found).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
     let ground = if settings.base.is_none() { local.clone() } else { around() };
@@ -103,7 +107,7 @@ pub(crate) fn shape<'a>(found: &'a Patch, ground: &Base, settings: &Settings) ->
     Shape { patch: found, above_m: above_base(found, ground), margin_m: settings.margin_m }
 }
 
-/// The base that was asked for, as it is below this object.
+/// The base asked for, as it is below this object.
 pub(crate) fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> Base {
     let Some(base) = wanted else {
         return ring_base(patch).unwrap_or_else(|| settings.ground.clone());
@@ -112,7 +116,7 @@ pub(crate) fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings)
     banks::with_banks(base.clone().held_against(center, &ring), patch)
 }
 
-/// The volume of the cells that are held, above and below nought.
+/// The volume of the counted cells, above and below the base.
 fn volume(patch: &Patch, filled: &[f64]) -> Volume {
     let part = |cell: usize| patch.counted(cell).share * part_height(patch, filled, cell);
     integrate(patch.held().map(part), patch.grid.cell_m)
@@ -128,10 +132,11 @@ pub(crate) fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
     heights.polled().map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
 }
 
-/// The cells that the object covers: its core, and the toe where it stands clear of the base.
+/// The cells that the object covers: its core, and the part of the toe that stands clear of the
+/// base.
 ///
-/// Clear is a third of the margin, for the mean of the toe's cells around: of nine, it has a third
-/// of their noise.
+/// The threshold is a third of the margin for the mean of up to nine toe cells, whose noise is a
+/// third of one cell's.
 fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
     let toe = |cell: usize| patch.zones[cell] == Zone::Toe;
     let clear =
@@ -144,7 +149,7 @@ fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
     (0..patch.zones.len()).polled().map(covers).collect()
 }
 
-/// The footprint with the cells of the toe around it: a line along it would cut the toe off.
+/// The footprint and the toe cells around it, for the outline: a tight line would cut the toe off.
 fn with_toe(patch: &Patch, footprint: &[bool]) -> Vec<bool> {
     let toe = |cell: usize| patch.zones[cell] == Zone::Toe && patch.counted(cell).share > 0.0;
     let beside = |cell: usize| patch.around(cell, 1).any(|n| footprint[n]);
@@ -172,7 +177,7 @@ pub(crate) fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
     line.into_iter().polled().map(|[x, y]| [x, y, base.at([x, y])]).collect()
 }
 
-/// Whether much of the toe lies where nothing was seen out to the scan's edge.
+/// Whether much of the toe lies beyond the scan's edge.
 fn touches_edge(patch: &Patch) -> bool {
     beyond_edge(patch) > CUT_OFF
 }

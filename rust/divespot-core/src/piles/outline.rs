@@ -1,10 +1,10 @@
-//! The outline of a set of cells.
+//! The outline of a set of cells, as a polygon along cell edges in m.
 
 use crate::heightmap::Grid;
 
 /// The longest closed line along cell edges around `inside`, counter-clockwise, corners only.
 ///
-/// Empty where no cell is inside.
+/// Empty if no cell is inside.
 pub(crate) fn outline(grid: &Grid, inside: &[bool]) -> Vec<[f64; 2]> {
     let mut edges = Edges::around(grid, inside);
     let mut longest = Vec::new();
@@ -16,7 +16,7 @@ pub(crate) fn outline(grid: &Grid, inside: &[bool]) -> Vec<[f64; 2]> {
     corners(&longest).into_iter().map(|[x, y]| edges.position(grid, x, y)).collect()
 }
 
-/// Directions in which an edge leaves a corner: along +x, +y, -x, -y.
+/// Directions in which an edge leaves a corner: +x, +y, -x, -y.
 const STEPS: [[isize; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
 /// Directed cell edges with the inside on their left, by the corner they leave from.
@@ -48,14 +48,14 @@ impl Edges {
         Self { columns, leaving, next: 0 }
     }
 
-    /// The next loop as corner coordinates; each edge belongs to one loop.
+    /// The next loop, as corner indices; each edge belongs to one loop.
     fn take_loop(&mut self) -> Option<Vec<[usize; 2]>> {
         self.next += self.leaving[self.next..].iter().position(|&e| e != 0)?;
         let (mut corner, mut line) = (self.next, Vec::new());
         let mut heading = 0;
         while self.leaving[corner] != 0 {
             line.push([corner % self.columns, corner / self.columns]);
-            // Where two cells touch in a corner only, the left turn keeps them apart.
+            // Left turn first, so that two cells that touch only at a corner stay apart.
             heading = [1, 0, 3]
                 .into_iter()
                 .map(|turn| (heading + turn) % 4)
@@ -73,7 +73,7 @@ impl Edges {
     }
 }
 
-/// A closed line without the points that lie straight between their neighbours.
+/// The closed line without points on straight stretches.
 fn corners(line: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let n = line.len();
     let straight = |i: usize| {

@@ -1,17 +1,17 @@
-//! The part of a cell that counts.
+//! The counted part of a cell: its share of the cell's area, its centroid and its uncertainty.
 
-/// A closed line; its last corner is not its first again.
+/// A closed polygon in plan, in m; the first corner is not repeated at the end.
 pub type Ring = Vec<[f64; 2]>;
 
-/// Coverage may be off by this much from rounding.
+/// Rounding error of a covered share.
 pub(super) const ROUNDING: f64 = 1e-6;
 
-/// The part of a cell that counts.
+/// The counted part of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Part {
-    /// Share of the cell's area.
+    /// Share of the cell's area, 0 to 1.
     pub(crate) share: f64,
-    /// From the cell's middle to the middle of that part.
+    /// Offset from the cell's middle to the centroid of the part, in m.
     pub(crate) off_m: [f64; 2],
     /// Standard uncertainty of the share.
     pub(crate) u_share: f64,
@@ -21,7 +21,8 @@ impl Part {
     pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2], u_share: 0.0 };
 }
 
-/// The part of a cell of this `area` that its covered area and its moments about the middle tell.
+/// The part of a cell of this `area`, from its covered area and first moments about the cell's
+/// middle.
 pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
     let share = covered / area;
     if share < ROUNDING {
@@ -33,7 +34,7 @@ pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
     Part { share, off_m: [x / covered, y / covered], u_share: 0.0 }
 }
 
-/// Signed area inside a closed line and its first moments about `center`.
+/// Signed area of a polygon in m², and its first moments about `center` in m³.
 pub(crate) fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
     let mut sums = [0.0; 3];
     for (p, q) in ring.iter().zip(ring.iter().cycle().skip(1)) {

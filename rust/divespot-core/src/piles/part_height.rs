@@ -1,11 +1,12 @@
-//! How high the part of a cell that counts stands.
+//! Mean height above the base of the counted part of a cell, in m.
 
 use super::patch::Patch;
 use crate::material::NEVER_STEEPER;
 
-/// The mean height above the base of the part of a cell that counts.
+/// Mean height above the base of the counted part of a cell, in m.
 ///
-/// The slope between the neighbours carries the cell's height from its middle.
+/// The slope between the neighbours carries the height from the cell's middle to the part's
+/// centroid.
 pub(crate) fn part_height(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
     let part = patch.counted(cell);
     let rise = |k: usize| {

@@ -1,4 +1,4 @@
-//! The part of the height map around one object.
+//! The window of the height map around one object, with the zone of each of its cells.
 
 use super::bank;
 use super::base::Base;
@@ -9,22 +9,22 @@ use crate::cancel::{Polled, poll};
 use crate::connectivity::{NOBODY, flood};
 use crate::heightmap::Grid;
 
-/// What a cell is to the object.
+/// The zone of a cell relative to the object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Zone {
-    /// Nothing to do with it.
+    /// Not used.
     Outside,
     /// Found by its height, or enclosed by such cells.
     Core,
     /// Near enough to the core to hold the object's toe.
     Toe,
-    /// Ground around the toe.
+    /// The annulus of ground around the toe, which carries the base.
     Ring,
-    /// Ground around the ring.
+    /// Ground beyond the annulus, used only by the kriging.
     Beyond,
 }
 
-/// A window of the height map with every cell's zone.
+/// A window of the height map with the zone of every cell.
 #[derive(Debug, Clone)]
 pub(crate) struct Patch {
     pub(crate) grid: Grid,
@@ -32,45 +32,47 @@ pub(crate) struct Patch {
     pub(crate) zones: Vec<Zone>,
     /// Cells beyond the scan's edge.
     pub(crate) beyond: Vec<bool>,
-    /// Cells on the edge of the whole map: the toe of such a core cell is cut off.
+    /// Cells on the border of the whole map: there the toe of a core cell is cut off.
     pub(crate) border: Vec<bool>,
-    /// Cells in which a face rises.
+    /// Cells at which a face rises.
     pub(crate) walls: Vec<bool>,
     /// Walls that are as high as the surface before them.
     pub(crate) flush: Vec<bool>,
     /// Walls of which only the top was seen.
     pub(crate) tops: Vec<bool>,
-    /// The highest of what stands in each cell without a surface over it; NaN elsewhere.
+    /// Height of the wall's top in cells without a surface over it, in m; NaN elsewhere.
     pub(crate) wall_tops_m: Vec<f64>,
-    /// Cells of a surface over which something rises.
+    /// Cells of a surface with points of something higher.
     pub(crate) mixed: Vec<bool>,
-    /// Cells of walls, with the gaps between them closed: no flank goes on across them.
+    /// Cells of walls and of the gaps in them: no flank continues across them.
     pub(crate) bars: Vec<bool>,
     /// Cells of banks that lead to higher ground.
     pub(crate) banks: Vec<bool>,
-    /// The plane through the ring, if it was sought; it holds while the core stays as it is.
+    /// The plane through the annulus, if it was fitted; valid while the core is unchanged.
     pub(crate) plane: Option<Base>,
-    /// The part of each cell that counts, where an outline runs through cells.
+    /// The counted part of each cell, where an outline or wall cuts cells.
     parts: Option<Vec<Part>>,
 }
 
-/// How far the zones reach from an object's core, in steps.
+/// The widths of the zones around an object's core, in steps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reach {
     pub(crate) toe: u32,
     pub(crate) ring: u32,
-    /// Beyond the ring.
+    /// Beyond the annulus.
     pub(crate) beyond: u32,
 }
 
-/// How far around an object its ground is looked at for waves, as a share of the edge of a square
-/// of its size. Farther off, ground tells less of that below than steps between frames mislead.
+/// Width of the ground used by the kriging, as a share of the edge of a square as large as the
+/// object. Ground farther off is correlated less with that below the object than steps between
+/// frames disturb it. Chosen on the scenes of `divespot evaluate`.
 const WAVES_SHARE: f64 = 1.0;
-/// A ring has at least this many steps.
+/// Least width of the annulus, in steps. Chosen.
 const FEWEST_STEPS: u32 = 3;
 
 impl Reach {
-    /// The reach of each object: its ring is a share of the edge of a square of its size.
+    /// The zones of each object. The annulus is a share of the edge of a square as large as the
+    /// object.
     pub(crate) fn each(labels: &[i32], toe: u32, ring_share: f64) -> Vec<Self> {
         let mut cells: Vec<u32> = Vec::new();
         for label in labels.iter().filter_map(|&l| usize::try_from(l).ok()) {
@@ -85,7 +87,7 @@ impl Reach {
         cells.iter().map(reach).collect()
     }
 
-    /// Steps to the last cell that tells something.
+    /// Steps to the farthest cell that is used.
     pub(crate) fn farthest(self) -> u32 {
         self.toe + self.ring + self.beyond
     }
@@ -98,7 +100,7 @@ struct Window {
 }
 
 impl Patch {
-    /// One patch for each label that owns cells, by label.
+    /// One window for each label that has cells, in the order of labels.
     pub(crate) fn all(
         scene: &Scene<'_>,
         labels: &[i32],
@@ -143,24 +145,24 @@ impl Patch {
         }
     }
 
-    /// The patch with the plane through its ring.
+    /// The window with the plane through its annulus.
     pub(crate) fn with_plane(self, plane: Option<Base>) -> Self {
         Self { plane, ..self }
     }
 
-    /// Lets only a part of each cell count, by the cell's middle.
+    /// Counts only a part of each cell, given by the cell's middle.
     pub(crate) fn count_parts(&mut self, part: impl Fn([f64; 2]) -> Part) {
         let cells = 0..self.zones.len();
         self.parts = Some(cells.map(|cell| part(self.grid.center(cell))).collect());
     }
 
-    /// Lets only a part of one cell count.
+    /// Counts only a part of one cell.
     pub(crate) fn count_part(&mut self, cell: usize, part: Part) {
         let whole = || vec![Part::WHOLE; self.zones.len()];
         self.parts.get_or_insert_with(whole)[cell] = part;
     }
 
-    /// The part of a cell that counts.
+    /// The counted part of a cell.
     pub(crate) fn counted(&self, cell: usize) -> Part {
         match (self.zones[cell], &self.parts) {
             (Zone::Ring | Zone::Beyond | Zone::Outside, _) => Part::default(),
@@ -169,12 +171,12 @@ impl Patch {
         }
     }
 
-    /// The cells of which something counts.
+    /// The cells of which any part counts.
     pub(crate) fn held(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.zones.len()).filter(|&cell| self.counted(cell).share > 0.0)
     }
 
-    /// Cells that the core encloses belong to it, seen or not, unless they are another object's.
+    /// Adds cells that the core encloses to it, seen or not, unless they are another object's.
     fn fill_enclosed(&mut self, others: impl Fn(usize) -> bool) {
         let open = flood(&self.grid, |cell| self.zones[cell] != Zone::Core);
         for (cell, zone) in self.zones.iter_mut().enumerate() {
@@ -184,8 +186,7 @@ impl Patch {
         }
     }
 
-    /// The part of the object that holds the cells whose middles are `kept`; around it the same
-    /// ground.
+    /// The object restricted to the cells whose middles are `kept`, with the same ground around it.
     pub(crate) fn part(&self, kept: impl Fn([f64; 2]) -> bool) -> Self {
         let zone = |(cell, &zone): (usize, &Zone)| match zone {
             Zone::Core | Zone::Toe if !kept(self.grid.center(cell)) => Zone::Outside,
@@ -200,13 +201,14 @@ impl Patch {
         (0..self.zones.len()).filter(move |&cell| self.zones[cell] == wanted)
     }
 
-    /// Core cells with a neighbour outside the core, or on the map's edge.
+    /// Core cells with a neighbour outside the core, or on the map's border.
     pub(crate) fn rim(&self) -> impl Iterator<Item = usize> + '_ {
         let is_core = |&n: &usize| self.zones[n] == Zone::Core;
         self.cells(Zone::Core).filter(move |&cell| self.around(cell, 1).filter(is_core).count() < 9)
     }
 
-    /// The mean of the values that are known in and around a cell, among the cells that count.
+    /// Mean of the known values in a cell and its neighbours, over the cells for which `counts`
+    /// holds.
     pub(crate) fn mean_around(
         &self,
         values: &[f64],
@@ -219,7 +221,7 @@ impl Patch {
         (count > 0.0).then(|| sum / count)
     }
 
-    /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
+    /// The cells up to `reach` columns and rows away, including the cell itself.
     pub(crate) fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         self.grid.around(cell, reach)
     }
@@ -249,8 +251,8 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
     cells.iter().map(zone).collect()
 }
 
-/// The smallest window around the cells in each label's reach, and around its own with as much about
-/// them as is looked at of a bank: what stands right beside an object is another's territory.
+/// The smallest window around each label's zones. Its own cells get a margin of [`bank::REACH`],
+/// since a bank beside an object may be nearer to another one.
 fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
     let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
     for (cell, (&label, &steps)) in

@@ -5,20 +5,20 @@
 pub enum Reason {
     /// It is nowhere three cells wide.
     Thin,
-    /// Most of its rim stands high, or it is high and slender: no bulk material lies so steep.
+    /// Most of its rim is high, or it is tall and slender: steeper than bulk material lies.
     SteepSides,
-    /// Its summit borders the shadow of something steep: haze, or a pile that is half hidden.
+    /// Its summit borders the shadow of something steep: flying pixels, or a partly occluded pile.
     Shadow,
     /// The surface was seen below it.
     Floating,
-    /// It hangs together with no surface that can be walked from the ground.
+    /// Its surface cannot be reached from the ground without a step steeper than material stands.
     Apart,
-    /// Too little of it was seen for a volume that could be answered for.
+    /// Too little of it was seen for a measured volume.
     TooLittleSeen,
-    /// It runs out of the scan on most sides, or is walled in, and no ground was seen around it.
+    /// It runs out of the scan on most sides or is walled in, and no ground was seen around it.
     CutOff,
-    /// Its volume is not clear of its own uncertainty, or its mean height not of the margin within
-    /// which the ground lies.
+    /// Its volume is less than its expanded uncertainty, or its mean height is within the margin of
+    /// the ground.
     NotClear,
 }
 

@@ -1,4 +1,6 @@
-//! Measuring inside given outlines instead of finding objects.
+//! Measures inside given outlines instead of finding objects; areas in m², volumes in m³.
+//!
+//! Each cell counts by the exact area of its part inside the outline.
 
 use super::base::FEWEST;
 use super::budget::Budget;
@@ -21,32 +23,32 @@ use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
 
-/// Labels of a region's cells and of those of all others.
+/// Labels of the region's own cells and of the cells of other regions.
 const OWN: i32 = 0;
 const OTHERS: i32 = 1;
 
 const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan is needed";
 
-/// So many cells away, at most, is the surface looked for.
+/// Distances, in cells, at which the nearest surface is looked for, in this order.
 const NEAREST: [usize; 6] = [1, 2, 4, 8, 16, 32];
-/// What was seen tells nothing of what lies so many cells away.
+/// From this many cells away, the seen surface says nothing of an unseen cell. Chosen: it bounds
+/// the time.
 const FARTHEST: u32 = 200;
 /// An area in plan: counter-clockwise lines around it, clockwise lines around its holes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
-    /// The lines, the one to show as the outline first.
+    /// The lines in m, the one shown as the outline first.
     pub rings: Vec<Ring>,
 }
 
 impl Region {
-    /// The area of the region.
+    /// The area of the region, in m².
     #[must_use]
     pub fn area_m2(&self) -> f64 {
         self.rings.iter().map(|ring| moments(ring, [0.0; 2])[0]).sum()
     }
 
-    /// The cells that lie inside and the part of each that does, exactly: the lines are clipped to
-    /// its square.
+    /// The cells inside and the exact part of each: the lines are clipped to the cell's square.
     fn parts(&self, grid: &Grid, number: usize) -> Result<Vec<(usize, Part)>> {
         let mut sums = vec![[0.0; 3]; grid.len()];
         for ring in &self.rings {
@@ -63,14 +65,14 @@ impl Region {
     }
 }
 
-/// Adds what `ring` encloses of each cell: area, and moments about the cell's middle.
+/// Adds the area and first moments of `ring` in each cell, about the cell's middle.
 fn add_moments(grid: &Grid, ring: &[[f64; 2]], sums: &mut [[f64; 3]]) {
     let mut above = ring.to_vec();
     for row in 0..grid.rows {
         poll();
         let (strip, rest) = split(above, 1, grid.origin_m[1] + to_f64(row + 1) * grid.cell_m);
         above = rest;
-        // What lies before the first row or column belongs to no cell.
+        // The part before the first row or column lies in no cell.
         let strip = if row == 0 { split(strip, 1, grid.origin_m[1]).1 } else { strip };
         let mut right = split(strip, 0, grid.origin_m[0]).1;
         for column in 0..grid.columns {
@@ -87,8 +89,8 @@ fn add_moments(grid: &Grid, ring: &[[f64; 2]], sums: &mut [[f64; 3]]) {
     }
 }
 
-/// What lies below and what lies above `at` along an axis (Sutherland and Hodgman 1974). Pieces
-/// that are apart stay joined along the cut, there and back, which adds no area.
+/// The parts below and above `at` along an axis (Sutherland and Hodgman 1974). Separate pieces stay
+/// joined by a line along the cut, there and back, which adds no area.
 fn split(ring: Ring, axis: usize, at: f64) -> (Ring, Ring) {
     if ring.iter().all(|p| p[axis] >= at) {
         return (Vec::new(), ring);
@@ -116,10 +118,10 @@ fn split(ring: Ring, axis: usize, at: f64) -> (Ring, Ring) {
     (below, above)
 }
 
-/// Measures what lies inside each region, in their order; each is called a pile.
+/// Measures the volume inside each region, in their order; each counts as a pile.
 ///
-/// The local base of a region rests on the ring of ground that a pile in it would have, as far as
-/// that is no other region. Walls in a region, and what they hide, do not count.
+/// The local base of a region is fitted to the annulus of ground that a pile of its shape would
+/// have, without other regions. Walls inside a region, and what they hide, do not count.
 ///
 /// # Errors
 ///
@@ -192,8 +194,8 @@ pub fn measure_inside(
     measured.collect()
 }
 
-/// Standard uncertainty of the volume of what was not seen in a region: from the last seen cell on
-/// the surface may rise or fall as bulk material does, up to what hides it.
+/// Standard uncertainty of the volume in the unseen part of a region, in m³: from the last seen
+/// cell the surface may rise or fall at any angle of repose.
 fn u_carried_on_m3(patch: &Patch) -> f64 {
     let seen = |cell: usize| !patch.heights_m[cell].is_nan();
     let label = |cell: usize| if seen(cell) { OWN } else { NOBODY };
@@ -206,15 +208,16 @@ fn u_carried_on_m3(patch: &Patch) -> f64 {
     Repose::ANY.slope * ANYWHERE * away.sum::<f64>() * patch.grid.cell_m.powi(3)
 }
 
-/// The cells outside the hull of all that was seen, on the surface or off it: what lies between a
-/// surface and the walls around it is no end of the scan.
+/// The cells outside the convex hull of all points, on the surface or off it: an occluded gap
+/// between a surface and a wall is not the end of the scan.
 fn beyond(grid: &Grid, heights_m: &[f64], loose_m: &[f64]) -> Vec<bool> {
     let seen = heights_m.iter().zip(loose_m).map(|(&h, &loose)| if h.is_nan() { loose } else { h });
     extent::beyond(grid, &seen.collect::<Vec<_>>())
 }
 
-/// Whether what lies lowest over a cell off the surface is higher than material could reach from
-/// the nearest cells of the surface: points that the walk did not come to are none that hide it.
+/// Whether the lowest point off the surface over an unseen cell is higher than material could reach
+/// from the nearest seen cells. Lower points do not hide the surface: the walk just did not reach
+/// them.
 fn is_covered(grid: &Grid, heights_m: &[f64], cell: usize, lowest_m: f64) -> bool {
     if lowest_m.is_nan() || !heights_m[cell].is_nan() {
         return false;
@@ -226,7 +229,7 @@ fn is_covered(grid: &Grid, heights_m: &[f64], cell: usize, lowest_m: f64) -> boo
     NEAREST.into_iter().find_map(highest).is_some_and(|highest| lowest_m > highest)
 }
 
-/// The window around one region, among cells that are taken by any; none where nothing was seen.
+/// The window around one region, given all regions' cells; `None` if nothing was seen inside.
 fn patch(
     scene: &Scene<'_>,
     found: &Found,
@@ -257,7 +260,7 @@ fn patch(
     Some(patch)
 }
 
-/// The object inside a region: whatever it looks like, it is what was asked for.
+/// The object inside a region. Any shape counts, since the user asked for it.
 fn inside(
     label: i32,
     region: &Region,
@@ -304,7 +307,7 @@ mod tests {
         region.parts(&GRID, 1).unwrap().iter().map(|(_, part)| part.share).sum::<f64>() * 0.25
     }
 
-    /// The first moment of what is covered, from the parts.
+    /// First moment of the covered area along axis `k`, from the parts.
     fn moment(region: &Region, k: usize) -> f64 {
         let at = |(cell, part): &(usize, Part)| {
             part.share * 0.25 * (GRID.center(*cell)[k] + part.off_m[k])

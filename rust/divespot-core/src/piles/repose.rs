@@ -1,4 +1,6 @@
-//! The angle at which a pile stands, taken from its own flanks.
+//! The angle of repose of a pile, from the slopes of its own flanks, as rise over run.
+//!
+//! Method: median slope of least-squares planes over small squares of the surface.
 
 use std::ops::Range;
 
@@ -8,29 +10,32 @@ use crate::hypotenuse::Hypotenuse;
 use crate::material::{FLATTEST, STEEPEST_POURED};
 use crate::robust::{median, scale};
 
-/// Slopes that are taken for a flank: below lie tops and valleys, above edges between two surfaces.
+/// Slopes of a flank, 15° to 50°: flatter ones are tops and valleys, steeper ones edges between two
+/// surfaces.
 const FLANK: Range<f64> = FLATTEST..STEEPEST_POURED;
-/// With fewer flank cells a pile says nothing of its own angle.
+/// The fewest flank cells for a pile's own angle; with fewer, that of any material is used. Chosen.
 const FEWEST: usize = 30;
-/// Slopes are taken over squares of this share of the pile's edge: more of it would round off the
-/// ridges, less would measure noise.
+/// Width of the squares over which slopes are fitted, as a share of the pile's width. Larger ones
+/// round off the ridges, smaller ones measure noise. Chosen on the scenes of `divespot evaluate`.
 const SHARE: f64 = 1.0 / 24.0;
 
-/// Tangent of the angle of repose.
+/// The angle of repose, as rise over run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Repose {
     pub(crate) slope: f64,
-    /// Standard uncertainty of the slope of a flank that nobody saw.
+    /// Standard uncertainty of the slope of one occluded flank.
     pub(crate) u_slope: f64,
 }
 
 impl Repose {
-    /// What bulk material does: 20° to 45°, each angle as likely as the other (GUM 4.3.7).
+    /// Any bulk material: 20° to 45°, all equally likely (rectangular distribution, GUM 4.3.7): the
+    /// tangent of 32.5°, and 25°/√12 as a slope.
     pub(crate) const ANY: Self = Self { slope: 0.637, u_slope: 0.178 };
 
-    /// The slope of the pile on `cells`, whose heights are `height`; NaN where nothing was seen.
+    /// The slope of the pile on `cells`, from their heights; NaN where unseen.
     ///
-    /// The flanks differ by their scatter, and so may the one that is hidden.
+    /// The uncertainty is the scatter of the seen flanks, since the occluded one may differ as
+    /// much.
     pub(crate) fn of(grid: &Grid, cells: &[usize], height: impl Fn(usize) -> f64) -> Self {
         let reach = (SHARE * (cells.len() as f64).sqrt()).round().max(1.0) as usize;
         let band = Band::around(grid, cells, reach, height);
@@ -44,13 +49,13 @@ impl Repose {
         Self { slope, u_slope: scale(off) }
     }
 
-    /// The slope if it were `times` its uncertainty steeper.
+    /// The slope, steeper by `times` its uncertainty.
     pub(crate) fn steeper(self, times: f64) -> f64 {
         (self.slope + times * self.u_slope).max(FLATTEST)
     }
 }
 
-/// The heights of the rows that cells lie in, each asked for once.
+/// The heights of the rows that hold the cells, each evaluated once.
 struct Band<'a> {
     grid: &'a Grid,
     first: usize,
@@ -58,7 +63,7 @@ struct Band<'a> {
 }
 
 impl<'a> Band<'a> {
-    /// The rows from the first to the last square around one of `cells`.
+    /// The rows that hold the squares around all `cells`.
     fn around(
         grid: &'a Grid,
         cells: &[usize],
@@ -85,7 +90,8 @@ impl<'a> Band<'a> {
         for row in 0..side {
             let start = cell + row * width - reach * (width + 1) - self.first;
             let heights = &self.heights_m[start..start + side];
-            // Row by row: the sums of a row do not wait for those of the one before.
+            // Row by row, so that the sums of one row do not wait for those of the row before
+            // (speed).
             let sums = heights.iter().enumerate();
             let (turn, sum) = sums.fold((0.0, 0.0), |(t, s), (i, h)| (t + off(i) * h, s + h));
             along += turn;

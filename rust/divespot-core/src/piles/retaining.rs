@@ -1,8 +1,8 @@
-//! Retaining walls: what holds material back on one side, told without a look at its face.
+//! Retaining walls, recognised by the surface on both sides without any point on their faces.
 //!
-//! From above, the top of a wall looks like something that hangs: no point lies between it and the
-//! ground. But below what hangs the surface goes on, no steeper than material lies; across a wall that
-//! a pile leans on it drops at once.
+//! From above, the top of a wall looks like an object that hangs in the air: no point lies between
+//! it and the ground. But below a hanging object the surface continues no steeper than material
+//! lies (50°), while across a retaining wall it drops at once. Heights in m.
 
 use crate::connectivity::AXES;
 use crate::heightmap::Grid;
@@ -10,15 +10,16 @@ use crate::hypotenuse::Hypotenuse;
 use crate::material::STEEPEST_POURED;
 use crate::near_plane::{near_plane, places_about};
 
-/// It holds back what lies on one side of it in so many of its cells.
+/// Fewest cells across which the surface drops, for a retaining wall. Chosen on the scenes of
+/// `divespot evaluate`.
 const RETAINED: usize = 8;
-/// The surface before it goes on as it is in the cells so many columns and rows away.
+/// The surface before a wall is fitted to its cells within this many columns and rows. Chosen.
 const SUPPORT: usize = 4;
-/// No wall is so many cells thick.
+/// Largest thickness of a wall, in cells. Chosen on the scenes of `divespot evaluate`.
 const WIDEST: isize = 12;
 
-/// Whether a thing holds back what lies on one side of it: across it the surface drops more steeply
-/// than material could. Below what hangs it goes on.
+/// Whether a thing is a retaining wall: across it the surface drops more steeply than poured
+/// material lies. Below a hanging thing it does not.
 pub(super) fn is_retaining(grid: &Grid, heights_m: &[f64], thing: &[usize], margin_m: f64) -> bool {
     let across = |cell: usize, (dx, dy): (isize, isize)| {
         let end = |sign: isize| {
@@ -34,7 +35,7 @@ pub(super) fn is_retaining(grid: &Grid, heights_m: &[f64], thing: &[usize], marg
     thing.iter().filter(retains).nth(RETAINED - 1).is_some()
 }
 
-/// The first and the last cell of each row and of each column that hold a surface.
+/// The first and last cell with a surface in each row and in each column.
 pub(super) struct Ends {
     rows: Vec<[usize; 2]>,
     columns: Vec<[usize; 2]>,
@@ -53,8 +54,8 @@ impl Ends {
         ends
     }
 
-    /// Whether a surface lies at most the thickness of a wall away on one side of a cell, and none
-    /// on the other.
+    /// Whether a surface lies within the thickness of a wall on one side of a cell, and none on the
+    /// other.
     fn is_last(&self, grid: &Grid, cell: usize) -> bool {
         let (column, row) = (cell % grid.columns, cell / grid.columns);
         let beyond = |[first, last]: [usize; 2], at: usize| {
@@ -65,16 +66,16 @@ impl Ends {
     }
 }
 
-/// Whether a thing ends the scan as a wall does: it rises from the surface, which comes to one side of
-/// it, and nothing was seen on the other. What hangs over the surface has it on both sides, but where
-/// it comes into view.
+/// Whether a thing ends the scan as a wall does: it rises from a surface on one side of it, and
+/// there is none on the other. A thing that hangs over the surface has it on both sides, except at
+/// the edge of the view.
 pub(super) fn ends_scan(grid: &Grid, ends: &Ends, thing: &[usize], rises: &[bool]) -> bool {
     let last = thing.iter().filter(|&&cell| ends.is_last(grid, cell));
     2 * last.count() > thing.len() && thing.iter().filter(|&&cell| rises[cell]).count() >= RETAINED
 }
 
-/// Whether a cell beside a retaining wall holds some of it: it lies higher than the surface that comes
-/// to it.
+/// Whether a cell beside a retaining wall holds some of the wall: it is higher than the surface
+/// before it, extrapolated.
 pub(super) fn is_lip(
     grid: &Grid,
     heights_m: &[f64],
@@ -108,7 +109,8 @@ mod tests {
         (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0)
     }
 
-    /// Points a third of a cell apart, over each of which something may hang that hides what is below.
+    /// Points a third of a cell apart, seen from above; where `over` gives a height, it hides what
+    /// is below.
     fn seen_from_above(
         surface: impl Fn(f64, f64) -> f64,
         over: impl Fn(f64, f64) -> Option<f64>,
@@ -144,7 +146,7 @@ mod tests {
         assert!((object.volume.net_m3() / truth - 1.0).abs() < 0.01 && !object.leans_on_wall);
     }
 
-    /// A map of 40 by 40 cells of 1 m; what is not seen lies from column `from` on, `wide` columns.
+    /// A map of 40 by 40 cells of 1 m; unseen from column `from` on, over `wide` columns.
     fn across(from: usize, wide: usize, low_m: f64) -> (Grid, Vec<f64>) {
         let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 40, rows: 40 };
         let height = |cell: usize| match cell % 40 {
@@ -164,7 +166,8 @@ mod tests {
 
     #[test]
     fn a_wall_holds_back_what_would_lie_steeper_than_50_degrees_across_it() {
-        // Two cells wide: three from the middle of one side to that of the other, 3.6 m.
+        // Two cells wide: three from the middle of one side to that of the other; at 50°, a drop of
+        // 3.6 m.
         assert!(retains(2, 30.0 - 3.7, 8) && !retains(2, 30.0 - 3.5, 8));
         assert!(!retains(2, 30.0 - 3.7, 7));
     }

@@ -1,4 +1,4 @@
-//! The ring of ground around an object, and the base that it carries.
+//! The annulus of ground around an object, and the base surface that is fitted to it.
 
 use super::banks;
 use super::base::Base;
@@ -6,17 +6,17 @@ use super::patch::{Patch, Zone};
 use super::waves::Footprint;
 use crate::count::to_f64;
 
-/// So many of an object's cells tell where it lies.
+/// Most places of a footprint over which the base's mean is formed. Chosen: it bounds the time.
 const PLACES: usize = 300;
 
-/// The middle of an object's core, and the seen cells of the ring of ground around it.
+/// The middle of an object's core, and the seen cells of its annulus.
 pub(crate) fn ring(patch: &Patch) -> ([f64; 2], Vec<[f64; 3]>) {
     let core: Vec<[f64; 2]> = patch.cells(Zone::Core).map(|c| patch.grid.center(c)).collect();
     let mean = |k: usize| core.iter().map(|p| p[k]).sum::<f64>() / to_f64(core.len());
     ([mean(0), mean(1)], seen(patch, Zone::Ring).collect())
 }
 
-/// The plane through the ring of ground around an object, and the ring's cells.
+/// The plane through an object's annulus, and the cells of the annulus.
 pub(crate) fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
     let (center, ring) = ring(patch);
     let known = patch.plane.as_ref().filter(|plane| plane.center_m == center).cloned();
@@ -24,7 +24,7 @@ pub(crate) fn ring_plane(patch: &Patch) -> Option<(Base, Vec<[f64; 3]>)> {
     Some((plane, ring))
 }
 
-/// The base of an object, as the ground around it, and what lies beyond its ring, lets expect.
+/// The base of an object: plane through the annulus, kriging with the ground beyond it, and banks.
 pub(crate) fn ring_base(patch: &Patch) -> Option<Base> {
     let (plane, mut ground) = ring_plane(patch)?;
     ground.extend(seen(patch, Zone::Beyond));
@@ -32,7 +32,7 @@ pub(crate) fn ring_base(patch: &Patch) -> Option<Base> {
     Some(banks::with_banks(plane.with_waves(&ground, &footprint), patch))
 }
 
-/// The cells of a zone that were seen.
+/// The seen cells of a zone.
 fn seen(patch: &Patch, zone: Zone) -> impl Iterator<Item = [f64; 3]> + '_ {
     let seen = patch.cells(zone).filter(|&cell| !patch.heights_m[cell].is_nan());
     seen.map(|cell| {
@@ -41,7 +41,7 @@ fn seen(patch: &Patch, zone: Zone) -> impl Iterator<Item = [f64; 3]> + '_ {
     })
 }
 
-/// The cells that are held, about a centre.
+/// The counted cells, relative to a centre.
 fn footprint(patch: &Patch, center: [f64; 2]) -> Footprint {
     let held: Vec<usize> = patch.held().collect();
     let every = held.len().div_ceil(PLACES).max(1);

@@ -1,4 +1,4 @@
-//! The height map as objects are measured in it.
+//! The whole height map with its faces and banks, as the input of measuring.
 
 use super::faces::Faces;
 use super::found::Found;
@@ -6,21 +6,21 @@ use crate::error::{Error, Result};
 use crate::extent::without_lone;
 use crate::heightmap::Grid;
 
-/// The whole height map.
+/// The whole height map; heights in m.
 pub(crate) struct Scene<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) heights_m: Vec<f64>,
-    /// Cells outside the convex hull of what was seen of the surface and of walls.
+    /// Cells outside the convex hull of the seen surface and walls.
     pub(crate) beyond: Vec<bool>,
-    /// Where faces rise from the surface.
+    /// The faces that rise from the surface.
     pub(crate) faces: Faces,
     /// Cells of banks that lead to higher ground.
     pub(crate) banks: Vec<bool>,
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of a height map with one height a cell; cells that are nearly alone count as unseen,
-    /// and so do those in which a face rises: their mean height is that of neither.
+    /// The scene of a height map. Nearly isolated cells count as unseen, and so do cells at a face,
+    /// whose mean height is that of neither surface.
     pub(crate) fn new(
         grid: &'a Grid,
         heights_m: &[f64],

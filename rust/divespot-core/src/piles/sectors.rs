@@ -1,11 +1,12 @@
-//! The directions in which the ground around an object was seen.
+//! Twelve sectors of the ground around an object, for statistics in which all directions weigh
+//! alike.
 
 use crate::robust::median_in;
 
-/// Sectors around an object whose levels tell how far the ground wavers.
+/// Number of sectors, 30° each. Chosen.
 const SECTORS: usize = 12;
 
-/// The places around a centre, by the sector that they lie in.
+/// The places around a centre, grouped by sector.
 pub(crate) struct Sectors([Vec<usize>; SECTORS]);
 
 impl Sectors {
@@ -30,7 +31,7 @@ impl Sectors {
         self.0.iter().filter_map(median).collect()
     }
 
-    /// Weights for `count` places, so that every sector counts alike, however many it has.
+    /// Weights for `count` places with which every sector has the same total.
     pub(crate) fn even_weights(&self, count: usize) -> Vec<f64> {
         let mut weights = vec![0.0; count];
         for places in &self.0 {
@@ -39,7 +40,7 @@ impl Sectors {
         weights
     }
 
-    /// The most sectors in a row that have no places.
+    /// The longest run of sectors without places.
     pub(crate) fn widest_gap(&self) -> usize {
         let empty = |k: usize| self.0[k % SECTORS].is_empty();
         let empty_from = |from: usize| (0..SECTORS).take_while(|k| empty(from + k)).count();

@@ -1,27 +1,27 @@
-//! How objects are measured.
+//! The settings of measuring; lengths in m or in cells, as the names say.
 
 use super::base::Base;
 
-/// How objects are measured.
+/// The settings of measuring.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Steps of one cell around the labelled cells that may hold the toe.
+    /// Width of the toe around the labelled cells, in steps of one cell.
     pub toe_cells: u32,
-    /// Width of the ring of ground beyond the toe, as a share of the edge of a square as large as
-    /// the object.
+    /// Width of the annulus of ground beyond the toe, as a share of the edge of a square as large
+    /// as the object.
     pub ring_share: f64,
-    /// Cells this high above their base are the object's beyond doubt.
+    /// Height above the base from which a cell certainly belongs to the object.
     pub margin_m: f64,
-    /// The base of every object; `None` for the one that the ground around each lets expect.
+    /// The base of every object; `None` for a local base from the ground around each.
     pub base: Option<Base>,
-    /// Further bases whose volumes are wanted for comparison.
+    /// Other bases whose volumes are compared.
     pub compared: Vec<Option<Base>>,
-    /// The base where a ring says nothing.
+    /// The base where the annulus has too few cells.
     pub ground: Base,
-    /// Pieces of a thing with no wider gap between them, in cells, are one.
+    /// Components of a thing with no wider gap between them, in cells, are one.
     pub link_cells: u32,
-    /// A thing of fewer cells is none.
+    /// Fewest cells of a thing.
     pub fewest_cells: usize,
-    /// 0 takes every core that the process may use.
+    /// Number of threads; 0 for every core the process may use.
     pub threads: usize,
 }

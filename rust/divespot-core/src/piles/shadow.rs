@@ -1,9 +1,9 @@
-//! Haze at the edge of a shadow.
+//! Flying pixels at an occlusion edge.
 //!
-//! Beside the shadow that a box casts, a depth camera sees light that came by way of its sides: a
-//! veil that is highest at the shadow's edge and sinks away from it. A pile has a summit of its
-//! own. Where the summit borders the shadow of something steep and higher, it is either such a veil
-//! or hidden in part; neither has a volume.
+//! Beside the shadow of a box, a depth camera sees light reflected by the box's sides: a false
+//! surface that is highest at the occlusion edge and falls away from it. A pile has a summit of its
+//! own. If an object's summit borders the shadow of something steep and higher, the object is
+//! either such a false surface or partly occluded; neither has a volume that can be measured.
 
 use std::collections::BTreeSet;
 
@@ -14,19 +14,19 @@ use crate::count::to_f64;
 use crate::extent::beyond;
 use crate::heightmap::Grid;
 
-/// An object's summit is the highest of its cells, this share of them.
+/// The share of an object's cells, from the highest down, that is its summit. Chosen.
 const SUMMIT: f64 = 0.05;
-/// With so much of its volume seen, an object is no veil; something that stands on a pile hides less
-/// than the rest of it.
+/// With more than this share of its volume seen, an object is no false surface: a person or tool on
+/// a pile hides less than the rest of it. Chosen on the scenes of `divespot evaluate`.
 const MOSTLY: f64 = 2.0 / 3.0;
-/// A cell so many columns and rows from a shadow borders it.
+/// A cell borders a shadow within this many columns and rows. Chosen.
 const NEAR: usize = 3;
 
-/// Gives the reason to every object whose summit borders the shadow of a higher, steep one;
-/// `heights_m` are those of the surface, `surface_m`, and of what stands on it.
+/// Gives the reason to every object whose summit borders the shadow of a higher, steep object.
+/// `surface_m` are the heights of the surface, `heights_m` those with the things on it.
 ///
-/// What lies around most of a shadow's edge, and was seen for the most part itself, has something
-/// over it, and is no veil beside it.
+/// An object that surrounds most of a shadow, and was mostly seen, has something on it and is
+/// exempt.
 pub(crate) fn mark(grid: &Grid, surface_m: &[f64], heights_m: &[f64], objects: &mut [Object]) {
     let shadows = Shadows::of(grid, heights_m);
     let is_steep = |o: &&Object| matches!(o.reason, Some(Reason::SteepSides | Reason::Apart));
@@ -65,7 +65,7 @@ fn summit(object: &Object) -> Vec<[f64; 3]> {
     cells
 }
 
-/// Connected regions of cells that were not seen, though the scan goes on around them.
+/// Connected components of unseen cells inside the scan.
 struct Shadows<'a> {
     grid: &'a Grid,
     /// The region of each unseen cell, by its number.
@@ -83,7 +83,7 @@ impl<'a> Shadows<'a> {
         Self { grid, region }
     }
 
-    /// Whether an object lies around most of a shadow's edge.
+    /// Whether an object surrounds most of a shadow.
     fn is_within(&self, shadow: usize, object: &Object) -> bool {
         let covers: BTreeSet<usize> =
             object.covers_m.iter().map(|p| self.grid.cell(&p[..])).collect();
@@ -96,7 +96,7 @@ impl<'a> Shadows<'a> {
         2 * edge.intersection(&covers).count() > edge.len()
     }
 
-    /// The shadows that a place borders.
+    /// The shadows near a place.
     fn near(&self, p: &[f64; 3]) -> impl Iterator<Item = usize> + '_ {
         self.grid.around(self.grid.cell(p), NEAR).filter_map(|n| self.region[n])
     }
@@ -107,7 +107,7 @@ mod tests {
     use super::super::Reason;
     use super::super::tests::{exact, measured};
 
-    /// A box, its shadow, and beyond it a heap whose summit lies `away` from the shadow's edge.
+    /// A box, its shadow, and beyond it a heap whose summit lies `away` m from the shadow's edge.
     fn reasons(away: f64) -> Vec<Option<Reason>> {
         let inside = |x: f64, y: f64| (1.5..2.5).contains(&x) && (2.0..4.0).contains(&y);
         let dark = |x: f64, y: f64| (2.5..3.5).contains(&x) && (2.0..4.0).contains(&y);

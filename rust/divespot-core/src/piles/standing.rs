@@ -1,4 +1,4 @@
-//! Walls: what stands beside the surface, told by the points off it.
+//! Walls, recognised by their points off the surface beside them.
 
 use super::retaining::{Ends, ends_scan, is_lip, is_retaining};
 use crate::Point;
@@ -9,36 +9,38 @@ use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 
-/// With fewer points, a face is not known.
+/// Fewest points of a face. Chosen.
 pub(super) const FEWEST: usize = 4;
-/// Gaps in a wall up to twice so many cells wide are what was not seen of it.
+/// Gaps in a wall up to twice this many cells wide are closed, as unseen parts of it. Chosen on the
+/// scenes of `divespot evaluate`.
 pub(super) const GAP: usize = 2;
-/// A wall rises from the surface in this share of its cells; what hangs over it touches it at most.
+/// Share of a wall's cells from which it must rise without a gap; a hanging thing touches the
+/// surface in a few at most. Chosen on the scenes of `divespot evaluate`.
 const ALONG: f64 = 0.2;
 
-/// What stands in each cell.
+/// The walls of a scene, by cell.
 pub(crate) struct Walls {
     /// Whether a face rises.
     pub(crate) is: Vec<bool>,
-    /// Those that are as high as the surface before them: the face was not seen.
+    /// Whether the wall is as high as the surface before it, so that its face was not seen.
     pub(crate) flush: Vec<bool>,
-    /// Those of which only the top was seen.
+    /// Whether only the wall's top was seen.
     pub(crate) tops: Vec<bool>,
-    /// The highest point of what stands there without a surface over it; NaN elsewhere.
+    /// Height of the wall's top in cells without a surface, in m; NaN elsewhere.
     pub(crate) tops_m: Vec<f64>,
-    /// Whether a wall stands where there is no surface.
+    /// Whether a wall stands in a cell without a surface.
     pub(crate) standing: Vec<bool>,
-    /// Whether something is higher than a surface there.
+    /// Whether something is higher than a surface in the cell.
     pub(crate) mixed: Vec<bool>,
-    /// Whether a wall is there, or a gap in it.
+    /// Whether the cell holds a wall or a gap in one.
     pub(crate) cells: Vec<bool>,
-    /// Those of retaining walls.
+    /// Whether the cell belongs to a retaining wall.
     pub(crate) retaining: Vec<bool>,
 }
 
 impl Walls {
-    /// What stands beside a surface of these heights; `risen` are the points off it with their cells,
-    /// in order of cell and height.
+    /// The walls beside a surface of these heights; `risen` are the points off it with their cells,
+    /// sorted by cell and height.
     pub(super) fn of(
         grid: &Grid,
         heights_m: &[f64],
@@ -81,19 +83,19 @@ impl Walls {
         Self { is, flush, tops, tops_m, standing, mixed, cells, retaining }
     }
 
-    /// The cells of walls, with the gaps between them closed: nothing goes on across them.
+    /// Cells of walls and of the gaps in them: no flank or object continues across them.
     pub(super) fn bars(&self, grid: &Grid) -> Vec<bool> {
         barred(grid, &closed(grid, &each(grid, |cell| self.is[cell] || self.standing[cell])))
     }
 }
 
-/// What the points off a surface show in each cell.
+/// The points off a surface, summarised by cell.
 struct Risen {
-    /// Something is higher than the surface.
+    /// Whether something is higher than the surface.
     mixed: Vec<bool>,
-    /// It rises from there.
+    /// Whether it rises from the surface without a gap.
     rises: Vec<bool>,
-    /// The lowest and the highest point.
+    /// The lowest and the highest point, in m.
     ends_m: Vec<[f64; 2]>,
 }
 
@@ -119,7 +121,7 @@ impl Risen {
     }
 }
 
-/// How far the points of a face may lie from the surface that it rises from.
+/// Largest height of a face's lowest points above the surface that it rises from, in m.
 fn reach_m(grid: &Grid, margin_m: f64) -> f64 {
     2.0 * (NEVER_STEEPER * grid.cell_m) + margin_m
 }
@@ -128,7 +130,7 @@ fn each(grid: &Grid, is: impl Fn(usize) -> bool) -> Vec<bool> {
     (0..grid.len()).map(is).collect()
 }
 
-/// The cells, and the gaps between them: those that lie far from whatever is far from them.
+/// Morphological closing: the cells, and the gaps between them.
 fn closed(grid: &Grid, cells: &[bool]) -> Vec<bool> {
     if !cells.contains(&true) {
         return cells.to_vec();
@@ -138,8 +140,8 @@ fn closed(grid: &Grid, cells: &[bool]) -> Vec<bool> {
     (0..cells.len()).map(|cell| grid.around(cell, GAP).all(|n| wide[n])).collect()
 }
 
-/// The cells, and those between two of them across a corner: no step leads from corner to corner
-/// through a wall.
+/// The cells, and those between two of them that touch at a corner, so that no path passes through
+/// a wall diagonally.
 fn barred(grid: &Grid, cells: &[bool]) -> Vec<bool> {
     let at =
         |cell: usize, dx: isize, dy: isize| grid.neighbor(cell, dx, dy).is_some_and(|n| cells[n]);
@@ -148,7 +150,7 @@ fn barred(grid: &Grid, cells: &[bool]) -> Vec<bool> {
     (0..cells.len()).map(|cell| cells[cell] || corner(cell)).collect()
 }
 
-/// Cells in which a face rises, and those without a surface that hold loose points, joined.
+/// Connected components of cells at which a face rises or that hold loose points but no surface.
 fn things(grid: &Grid, rises: &[bool], is_bare: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let cells = each(grid, |cell| rises[cell] || is_bare(cell));
     components(grid, closed(grid, &cells), &EIGHT)

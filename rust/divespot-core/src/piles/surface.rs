@@ -1,4 +1,4 @@
-//! A surface that was given as what objects stand on.
+//! A base surface that was given: a height in m for every cell of a grid.
 
 use crate::heightmap::Grid;
 
@@ -8,19 +8,20 @@ pub struct Surface {
     pub(super) grid: Grid,
     pub(super) heights_m: Vec<f64>,
     pub(super) known: Vec<bool>,
-    /// Standard deviation of a cell's height from the noise of the scan alone.
+    /// Standard deviation of a cell's height from the scan's noise alone, in m.
     pub noise_m: f64,
-    /// Standard uncertainty of the height of a cell that was not seen.
+    /// Standard uncertainty of the height of an unseen cell, in m.
     pub(super) u_unknown_m: f64,
 }
 
 impl Surface {
-    /// The same as nought, without noise: that of the heights above it has both.
+    /// The same surface at height 0 and without noise: heights above it contain the noise of both
+    /// scans.
     pub(crate) fn flattened(&self) -> Self {
         Self { heights_m: vec![0.0; self.heights_m.len()], noise_m: 0.0, ..self.clone() }
     }
 
-    /// Whether the surface rests on what was seen at a place of the grid.
+    /// Whether the surface was seen at a place of the grid.
     pub(crate) fn is_known(&self, p: [f64; 2]) -> bool {
         self.known[self.grid.cell(&p)]
     }

@@ -1,23 +1,23 @@
-//! Which object a cell is nearest to, and how far away.
+//! The nearest-label map: which object each cell is nearest to, and how many steps away.
 
 use crate::cancel::Polled;
 use crate::connectivity::{EIGHT, FOUR, NOBODY};
 use crate::heightmap::Grid;
 
-/// For every cell the nearest object and the distance to it in steps.
+/// The nearest object of every cell and the distance to it, in steps.
 ///
-/// Steps go to four neighbours and to eight in turn, so distances are octagonal: within 8 % of
-/// the straight line.
+/// Steps alternate between four and eight neighbours, which makes distances octagonal: within 8 %
+/// of the straight line.
 pub(crate) struct Territory {
     pub(crate) owner: Vec<i32>,
     pub(crate) steps: Vec<u32>,
-    /// The last cell on the way there that tells how high the way is.
+    /// The last cell on the path that has a known height.
     pub(crate) last: Vec<u32>,
 }
 
 impl Territory {
-    /// Grows every labelled object by up to `reach` steps over `open` cells; where two meet, each
-    /// keeps what it came to first, and the lower label wins a tie.
+    /// Grows every labelled object by up to `reach` steps over `open` cells. A cell belongs to the
+    /// object that reaches it first; the lower label wins a tie.
     pub(crate) fn grow(
         grid: &Grid,
         labels: &[i32],
@@ -27,7 +27,8 @@ impl Territory {
         Self::grow_along(grid, labels, |_, cell| open(cell), |_| true, reach)
     }
 
-    /// The same, over cells that are `open` from the last cell on the way which `tells`.
+    /// The same, where whether a cell is `open` depends on the last cell of the path for which
+    /// `tells` holds.
     pub(crate) fn grow_along(
         grid: &Grid,
         labels: &[i32],
@@ -46,7 +47,7 @@ impl Territory {
             let mut next = Vec::new();
             for &cell in front.iter().polled() {
                 let (way, from) = (grid.ways(cell), last[cell] as usize);
-                // No step goes through between two closed cells that touch at a corner.
+                // No step passes between two closed cells that touch at a corner.
                 let passes = |(dx, dy): (isize, isize)| {
                     let side = |by| way(by).is_some_and(|n| open(from, n));
                     dx == 0 || dy == 0 || side((dx, 0)) || side((0, dy))

@@ -10,7 +10,7 @@ fn map(height: impl Fn(f64, f64) -> f64) -> HeightMap {
     height_map(&points, CELL).unwrap()
 }
 
-/// A map of the heights in the middle of each cell, NaN where nothing is seen.
+/// A map with the exact height in the middle of each cell; NaN is unseen.
 pub(crate) fn exact(height: impl Fn(f64, f64) -> f64) -> HeightMap {
     let mut map = map(|_, _| 0.0);
     let middles = (0..map.grid.len()).map(|cell| map.grid.center(cell));
@@ -18,14 +18,14 @@ pub(crate) fn exact(height: impl Fn(f64, f64) -> f64) -> HeightMap {
     map
 }
 
-/// The objects of a map, of the pieces in which the cells lie that are `found`.
+/// The objects of a map: the connected components of the cells that are `found`.
 pub(crate) fn measured(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Vec<Object> {
     let labels = labels(map, |x, y| if found(x, y) { 0 } else { NOBODY });
     let labels = pieces(&map.grid, &labels, 0, 9);
     measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings()).unwrap()
 }
 
-/// Nothing but ground.
+/// Only ground.
 fn nothing(map: &HeightMap) -> Found<'static> {
     Found::on_all_else(vec![NOBODY; map.grid.len()])
 }
@@ -266,7 +266,7 @@ fn an_earlier_surface_is_the_base_waves_and_all() {
     assert!(off < 2.0 * holed.budget.base_m3, "{off} {:?}", holed.budget);
 }
 
-/// The cone on a sloping floor, seen only where `seen` says so.
+/// The cone on a sloping floor, seen only where `seen` holds.
 fn half_seen(seen: impl Fn(f64, f64) -> bool) -> Object {
     let mut map = map(|x, y| cone(x, y) + 1.0 + 0.01 * x);
     for cell in 0..map.grid.len() {
@@ -284,7 +284,7 @@ fn half_seen(seen: impl Fn(f64, f64) -> bool) -> Object {
         .remove(0)
 }
 
-/// The shadow behind the cone, `from` away from its axis.
+/// Everything but the shadow behind the cone, which begins `from` m from its axis.
 fn lit(from: f64) -> impl Fn(f64, f64) -> bool {
     move |x, y| x < 4.0 + from || (y - 3.0).abs() > 1.6 || x > 6.2
 }

@@ -1,4 +1,6 @@
-//! Things: what rises from the surface, or hangs over it, and is no bulk material.
+//! Things: objects that rise from the surface or hang over it and are not bulk material.
+//!
+//! Method: connected components of the cells with points above the surface.
 
 use super::found::Found;
 use super::object::Object;
@@ -11,14 +13,14 @@ use crate::fixed::Fixed;
 use crate::heightmap::Grid;
 use crate::pieces::pieces;
 
-/// The connected pieces of what lies above a surface.
+/// The connected components of the points above a surface.
 pub(crate) struct Things<'a> {
     grid: &'a Grid,
     all: &'a Found<'a>,
     above: Above,
-    /// Where they stand.
+    /// The things, with the ground they stand on.
     pub(crate) found: Found<'static>,
-    /// The mean height of the things where there are any, and of the surface elsewhere.
+    /// Mean height of the things where there are any, and of the surface elsewhere, in m.
     pub(crate) with_things_m: Vec<f64>,
 }
 
@@ -39,7 +41,7 @@ impl<'a> Things<'a> {
         Self { grid, all: found, above, found: standing, with_things_m }
     }
 
-    /// The things that were measured, each with its reason: none is a pile.
+    /// The measured things, each with its reason: none is a pile.
     pub(crate) fn judged(&self, mut objects: Vec<Object>, settings: &Settings) -> Vec<Object> {
         for object in &mut objects {
             object.reason.get_or_insert(Reason::Apart);
@@ -52,7 +54,7 @@ impl<'a> Things<'a> {
         objects
     }
 
-    /// Whether most of an object's points belong to clusters apart from the ground's.
+    /// Whether most of an object's points belong to clusters apart from that of the ground.
     fn is_apart(&self, object: &Object) -> bool {
         let cells = || object.covers_m.iter().map(|p| self.grid.cell(&p[..]));
         let sum = |counts: &[u32]| cells().map(|cell| u64::from(counts[cell])).sum::<u64>();
@@ -60,17 +62,17 @@ impl<'a> Things<'a> {
     }
 }
 
-/// The points above the surface by cell.
+/// The points above the surface, by cell.
 struct Above {
     fixed: Fixed,
     sums: Vec<i64>,
     counts: Vec<u32>,
-    /// Those of clusters apart from the ground's.
+    /// Number of points in clusters apart from that of the ground.
     apart: Vec<u32>,
 }
 
 impl Above {
-    /// Points below the surface are mirror images and other strays, and no thing.
+    /// Only points above the surface: those below it are mirror images and other outliers.
     fn of(grid: &Grid, heights_m: &[f64], found: &Found) -> Self {
         let largest = found.loose.iter().fold(0.0_f64, |most, p| most.max(p[2].abs()));
         let fixed = Fixed::new(largest, found.loose.len());

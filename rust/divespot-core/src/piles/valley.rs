@@ -1,28 +1,29 @@
-//! Touching piles, parted along the valley between them.
+//! Parts touching piles along the valley between them, by a watershed.
 //!
-//! Two cones poured side by side, each of height h and radius r, their summits d apart, meet in a
-//! saddle of height h (1 - d / 2r). Below half the height of the lower summit, neither summit
-//! stands on the other's footprint: two piles whose feet run into each other. A higher saddle joins
-//! the lobes of one pile. Summits and saddles come from the merge tree of the heights, as in a
-//! watershed transform that keeps a basin by its relative depth; grains and noise, whose saddles
-//! lie just below their summits, part nothing.
+//! Two equal cones of height h and radius r with summits d apart meet in a saddle of height h (1 -
+//! d / 2r). If the saddle is below half the height of the lower summit, neither summit lies on the
+//! other cone's footprint: two piles whose feet overlap. A higher saddle joins the lobes of one
+//! pile. Summits and saddles come from the merge tree of the heights, as in a watershed transform
+//! that keeps a basin by its relative depth. Grains and noise have saddles just below their summits
+//! and part nothing. Heights in m.
 
 use std::cmp::Ordering;
 
 use super::patch::{Patch, Zone};
 use crate::cancel::Polled;
 
-/// A part of fewer cells above its saddle than a block of three by three is no pile.
+/// Fewest cells of a pile above its saddle: a block of three by three.
 const FEWEST: usize = 9;
-/// A saddle below this share of the lower summit is a valley between two piles. Rounded summits
-/// and lobed flanks raise a saddle or lower a summit by a tenth, so it stays that far below half.
+/// Largest height of the saddle between two piles, as a share of the lower summit. Closed form: one
+/// half for two cones; less a tenth, since rounded summits and lobed flanks change saddle or summit
+/// by that much.
 const DEEP: f64 = 0.45;
 
-/// The part that each core or toe cell of `patch` belongs to, the one with the highest summit 0;
-/// `None` where there is but one.
+/// The part that each core or toe cell of `patch` belongs to, 0 for that with the highest summit;
+/// `None` if there is only one.
 ///
-/// `above` holds the heights above the base, NaN where nothing is known. A summit must stand out
-/// of its saddle by more than `margin_m`.
+/// `above` holds the heights above the base in m, NaN where unknown. A summit must be more than
+/// `margin_m` above its saddle.
 pub(crate) fn parts(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Vec<Option<usize>>> {
     let heights_m = smoothed(patch, above);
     let mut order: Vec<usize> = (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).collect();
@@ -40,7 +41,7 @@ fn higher_first(heights_m: &[f64], a: usize, b: usize) -> Ordering {
     heights_m[b].total_cmp(&heights_m[a]).then(a.cmp(&b))
 }
 
-/// The mean of each core or toe cell and its neighbours: of nine, it has a third of their noise.
+/// The mean of each core or toe cell and its neighbours: nine cells, a third of the noise.
 fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
     let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
     let mean = |cell| patch.mean_around(above, cell, held).filter(|_| !above[cell].is_nan());
@@ -50,15 +51,15 @@ fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Basins of the heights turned upside down, joined at their saddles.
+/// The merge tree: a basin of cells around each summit, and the basins joined at saddles.
 struct Tree {
     heights_m: Vec<f64>,
     margin_m: f64,
-    /// The basin that each cell fell to, by the cell of its summit.
+    /// The basin of each cell, named by the cell of its summit.
     summit: Vec<Option<usize>>,
-    /// The basin that a basin was joined to; itself where to none.
+    /// The basin that each basin was joined to; itself if to none.
     joined: Vec<usize>,
-    /// Cells of each basin so far.
+    /// Number of cells in each basin so far.
     cells: Vec<usize>,
 }
 
@@ -70,8 +71,8 @@ impl Tree {
         basin
     }
 
-    /// Gives the next lower cell to the basin of its highest neighbour, and joins the basins
-    /// around it that it is no valley between.
+    /// Adds the next lower cell to the basin of its highest neighbour, and joins the basins around
+    /// it unless it is a valley between them.
     fn pour(&mut self, patch: &Patch, cell: usize) {
         let wet = patch.around(cell, 1).filter_map(|n| Some((n, self.root(self.summit[n]?))));
         let mut near: Vec<(usize, usize)> = wet.collect();
@@ -91,7 +92,7 @@ impl Tree {
         self.cells[root] += 1;
     }
 
-    /// Whether a cell is a valley between two basins, and not a saddle of one pile.
+    /// Whether a cell is a valley between two basins, not a saddle within one pile.
     fn valley(&self, cell: usize, higher: usize, lower: usize) -> bool {
         let (saddle, summit) = (self.heights_m[cell], self.heights_m[lower]);
         let large = self.cells[lower].min(self.cells[higher]) >= FEWEST;
@@ -118,7 +119,7 @@ impl Tree {
 mod tests {
     use super::super::tests::{CELL, exact, measured};
 
-    /// Two cones of radius 1, `apart` from each other along a slanting line.
+    /// Two cones of radius 1 m, `apart` m from each other along an oblique line.
     fn cones(apart: f64, lower: f64) -> Vec<f64> {
         let (dx, dy) = (0.8 * apart / 2.0, 0.6 * apart / 2.0);
         let cone = |x: f64, y: f64, h: f64| 0.5 * (h - (x - 4.0).hypot(y - 3.0));
@@ -127,7 +128,8 @@ mod tests {
         objects.iter().map(|o| o.volume.net_m3()).collect()
     }
 
-    /// A cone of radius r cut off by a plane at a distance d from its axis, by midpoints.
+    /// Volume of a cone of radius r beyond a plane at distance d from its axis, by the midpoint
+    /// rule.
     fn beyond(r: f64, d: f64) -> f64 {
         let step = CELL / 4.0;
         let at = |i: i32| (f64::from(i) + 0.5) * step;

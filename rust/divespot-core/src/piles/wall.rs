@@ -1,33 +1,35 @@
-//! Walls that a pile leans on, and other steep things at its foot.
+//! Clips objects at the walls they lean on, and at other steep things at their foot.
 //!
-//! The pile ends at their faces, at full height, and has no toe on that side. Where it is not known
-//! where in a cell the face runs, it runs anywhere, on average through the middle: half of such a
-//! cell is the pile's.
+//! The pile ends at their faces at full height and has no toe on that side. Where the line of the
+//! face within a cell is unknown, it is taken to run anywhere through it (rectangular
+//! distribution): half of the cell is the pile's.
 
 use super::base::Base;
 use super::part::Part;
 use super::patch::{Patch, Zone};
 use crate::connectivity::spread;
 
-/// A pile with walls along this share of its edge leans on them; with less, a rod stands in it.
+/// A pile leans on walls if they stand along more than this share of its edge; with less, they are
+/// a rod or post in it. Chosen on the scenes of `divespot evaluate`.
 const LEANS: f64 = 0.1;
-/// The face runs anywhere through a cell: a rectangular distribution (GUM 4.3.7).
+/// The pile's share of a cell at a face that runs anywhere through it: rectangular from 0 to 1 (GUM
+/// 4.3.7), 1/√12.
 const HALF: Part = Part { share: 0.5, off_m: [0.0; 2], u_share: 0.289 };
-/// Where a pile is as high as a wall, the face was not seen: it runs anywhere from the middle of the
-/// cell before, whose points may be of both, to the end of this one: a cell and a half, of which a
-/// quarter of a cell is this one's on average.
+/// The pile's share of a cell of a wall as high as the pile, whose face was not seen: the face runs
+/// anywhere from the middle of the cell before, whose points may be of both, to the end of this
+/// one. Rectangular over 1.5 cells, mean 0.75, of which 0.5 belong to the cell before; 1.5/√12.
 const FLUSH: Part = Part { share: 0.25, off_m: [0.0; 2], u_share: 0.433 };
 
-/// Where of a wall the top alone was seen, nearly all of its cell is the wall's: with points on a
-/// quarter of it, the pile would have a surface there (rectangular, as below).
+/// The pile's share of a cell of a wall of which only the top was seen: if the pile filled a
+/// quarter of the cell, it would have a surface there. Rectangular from 0 to 0.25.
 const TOP: Part = Part { share: 0.125, off_m: [0.0; 2], u_share: 0.072 };
-/// The wall's top begins somewhere in the last cell of the pile, beyond that quarter.
+/// The pile's share of its last cell before such a top: rectangular from 0.25 to 1.
 const MIXED: Part = Part { share: 0.625, off_m: [0.0; 2], u_share: 0.217 };
 
-/// The object with half of each cell in which a wall rises beside it, and no toe behind the walls.
+/// The object with its part of each wall cell beside it, and no toe behind the walls.
 pub(crate) fn up_to_walls(mut patch: Patch, base: &Base) -> Patch {
     let is_core = |n: usize| patch.zones[n] == Zone::Core;
-    // What the object encloses is a gap in it.
+    // Walls that the object encloses are gaps in it.
     let walls: Vec<usize> =
         (0..patch.walls.len()).filter(|&cell| patch.walls[cell] && !is_core(cell)).collect();
     if walls.is_empty() {
@@ -64,7 +66,7 @@ pub(crate) fn up_to_walls(mut patch: Patch, base: &Base) -> Patch {
     before_tops(patch)
 }
 
-/// The object with a part of its last cells before walls of which the top alone was seen.
+/// The object with a part of its last cells before walls of which only the top was seen.
 fn before_tops(mut patch: Patch) -> Patch {
     let is_last = |&cell: &usize| {
         let at_top = || patch.around(cell, 1).any(|n| patch.walls[n] && patch.tops[n]);

@@ -1,9 +1,9 @@
-//! The ground under an object as the ground around it lets expect: kriging with its own variogram.
+//! Block kriging of the ground under an object from the ground around it; heights in m.
 //!
-//! A floor is a plane, with waves that are longer than the object is wide, and small steps that
-//! fused frames leave where they end; each a random field of known spectrum. How high they are and
-//! how long, the seen ground tells by its likelihood; what it does not tell is averaged over. The
-//! mean height under the object and its standard error follow in closed form (block kriging:
+//! The floor is modelled as a plane, with undulations longer than the object is wide and small
+//! steps at the edges of fused frames; each is a random field of known spectrum. Their variances
+//! and lengths (the variogram) are weighted by the likelihood of the seen ground and averaged over.
+//! The mean height under the object and its standard error have a closed form (block kriging:
 //! Chilès and Delfiner 2012, *Geostatistics*, section 3.5; fields as sums of cosines: Solin and
 //! Särkkä 2020, Stat. Comput. 30:419; likelihood: Rasmussen and Williams 2006, section 5.4).
 
@@ -17,52 +17,58 @@ use crate::count::to_f64;
 use crate::film::Film;
 use crate::robust::median;
 
-/// Half waves across the domain, at most: a floor that wavers within an object's width is no floor.
+/// Most half waves across the domain. Shorter undulations, within an object's width, are not a
+/// floor's. Chosen.
 const HIGHEST: usize = 6;
-/// The domain is so much wider than what was seen: at its edges all cosines are level.
+/// Width of the domain relative to the seen ground, so that the cosines' zero slope at its border
+/// does not matter. Chosen.
 const WIDER: f64 = 1.25;
-/// Correlation lengths of the waves, in edges of a square as large as the object.
+/// Correlation lengths of the undulations, in edges of a square as large as the object. Chosen on
+/// the scenes of `divespot evaluate`.
 const LENGTHS: [f64; 2] = [0.8, 1.3];
-/// Variances of the waves, in variances of a node's noise.
+/// Variances of the undulations, in variances of a node's noise: a grid of decades.
 const SWELLS: [f64; 5] = [1.0, 10.0, 1e2, 1e3, 1e4];
-/// Strengths of the small steps, in the same: their spectrum falls as that of an edge does.
+/// Strengths of the small steps, in the same unit; their spectrum falls with the third power of the
+/// wave number, as an edge's does. A grid of decades.
 const SEAMS: [f64; 3] = [0.03, 0.3, 3.0];
-/// Variance of what nothing is known of beforehand, in the same.
+/// Prior variance of level, slope, step and fold, in the same unit: large enough to be
+/// uninformative.
 const UNKNOWN: f64 = 1e9;
-/// What frames leave in common makes neighbouring nodes err together: so many count as one.
+/// Neighbouring nodes have registration errors in common: this many count as one independent node.
+/// Chosen on the scenes of `divespot evaluate`.
 const CORRELATED: f64 = 6.0;
-/// Columns of the plane: level and slopes.
+/// Number of coefficients of the plane: level and two slopes.
 const PLANE: usize = 3;
 
-/// What the ground is expected to be, about the object's centre.
+/// The estimated ground, relative to the object's centre.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Expected {
     pub(crate) level_m: f64,
     pub(crate) tilt: [f64; 2],
-    /// Step and change of slope along the line that was given.
+    /// Step in m and change of slope along the given line.
     pub(crate) rises: [f64; 2],
-    /// What waves and small steps add.
+    /// Undulations and small steps, in m.
     pub(crate) film: Film,
-    /// Standard uncertainty of the mean height under the object.
+    /// Standard uncertainty of the mean height under the object, in m.
     pub(crate) u_mean_m: f64,
-    /// Logarithm of how likely such ground looks as seen, but for what is the same for all kinds.
+    /// Logarithm of the marginal likelihood of the seen ground, up to a constant.
     pub(crate) evidence: f64,
 }
 
-/// Where an object lies.
+/// The footprint of an object.
 #[derive(Debug)]
 pub(crate) struct Footprint {
-    /// Places all over it.
+    /// Places spread over it, in m.
     pub(crate) places: Vec<[f64; 2]>,
-    /// Edge of a square as large.
+    /// Edge of a square as large, in m.
     pub(crate) size_m: f64,
 }
 
-/// What the ground is taken for.
+/// The model of the ground.
 pub(crate) struct Waves<'a> {
     pub(crate) nodes: &'a Nodes,
     footprint: &'a Footprint,
-    /// Whether its slope is to be found.
+    /// Whether its slope is estimated; if not, it is that of the whole ground.
     tilted: bool,
     line: Option<Line>,
     low_m: [f64; 2],
@@ -71,17 +77,17 @@ pub(crate) struct Waves<'a> {
     modes: Vec<(usize, usize)>,
 }
 
-/// The normal equations, which are the same for all fields.
+/// The normal equations, which are the same for all priors.
 struct Equations {
     gram: DMatrix<f64>,
     right: DVector<f64>,
     squares: f64,
     freedom: f64,
-    /// The columns' mean under the object.
+    /// Mean of each column under the object.
     under: DVector<f64>,
 }
 
-/// The ground for one choice of the fields.
+/// The solution for one choice of variances and length.
 struct Choice {
     evidence: f64,
     amplitudes: DVector<f64>,
@@ -90,7 +96,7 @@ struct Choice {
 }
 
 impl<'a> Waves<'a> {
-    /// Ground that was seen at `nodes` and lies, unseen, under an object.
+    /// The model for ground seen at `nodes` and unseen under an object.
     pub(crate) fn new(
         nodes: &'a Nodes,
         footprint: &'a Footprint,
@@ -106,7 +112,7 @@ impl<'a> Waves<'a> {
         Self { nodes, footprint, tilted, line, low_m, side_m, modes: modes().collect() }
     }
 
-    /// What is to be expected; `None` where too little was seen to say anything.
+    /// The estimated ground; `None` if too little was seen.
     pub(crate) fn expected(&self) -> Option<Expected> {
         let equations = self.equations()?;
         let choice = |(length, swell, seams): (f64, f64, f64)| {
@@ -144,17 +150,17 @@ impl<'a> Waves<'a> {
         })
     }
 
-    /// Columns before the cosines.
+    /// Number of columns before the cosines.
     fn fields(&self) -> usize {
         if self.line.is_some() { PLANE + 2 } else { PLANE }
     }
 
-    /// What a unit of a slope's amplitude rises by in a metre.
+    /// Slope for a unit of a slope's coefficient, in 1/m.
     fn slope(&self) -> f64 {
         if self.tilted { 1.0 / self.footprint.size_m } else { 0.0 }
     }
 
-    /// Level, slopes, step and fold, and the cosines at a place.
+    /// The columns of the model at a place: level, slopes, step and fold, cosines.
     fn columns(&self, p: [f64; 2]) -> Vec<f64> {
         let slope = self.slope();
         let mut columns = vec![1.0, slope * p[0], slope * p[1]];
@@ -173,7 +179,7 @@ impl<'a> Waves<'a> {
         self.modes.iter().map(move |&(j, k)| x[j] * y[k])
     }
 
-    /// Variances of the columns' amplitudes, in those of a node's noise.
+    /// Prior variances of the coefficients, in variances of a node's noise.
     fn prior(&self, length: f64, swell: f64, seams: f64) -> DVector<f64> {
         let side = self.side_m / self.footprint.size_m;
         let mut variances = vec![UNKNOWN; self.fields()];
@@ -186,7 +192,7 @@ impl<'a> Waves<'a> {
         variances.into()
     }
 
-    /// The mean of all choices, each by its likelihood.
+    /// The mean over all choices, weighted by likelihood.
     fn averaged(&self, choices: &[Choice]) -> Option<Expected> {
         let best = choices.iter().map(|c| c.evidence).reduce(f64::max)?;
         let weigh = |c: &Choice| libm::exp(c.evidence - best);
@@ -215,7 +221,7 @@ impl<'a> Waves<'a> {
     }
 }
 
-/// The cosines of nought to `HIGHEST` times an angle, from the cosine of it.
+/// cos(k·a) for k from 0 to `HIGHEST`, from cos(a), by recurrence.
 fn cosines(first: f64) -> [f64; HIGHEST + 1] {
     let mut all = [1.0; HIGHEST + 1];
     all[1] = first;
@@ -232,8 +238,8 @@ fn modes() -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl Equations {
-    /// The ground when the amplitudes have these variances, in those of a node's noise, whose own
-    /// follows.
+    /// The solution for these prior variances, in variances of a node's noise, which is estimated
+    /// with it.
     fn solved(&self, prior: &DVector<f64>) -> Option<Choice> {
         let roots = prior.map(f64::sqrt);
         let size = roots.len();
@@ -269,7 +275,7 @@ mod tests {
         (mix(seed) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// About normal.
+    /// Roughly normal noise.
     fn normal(seed: u64) -> f64 {
         (0..12).map(|k| uniform(12 * seed + k)).sum::<f64>() - 6.0
     }
@@ -279,8 +285,8 @@ mod tests {
         (-40..40).flat_map(move |i| (-40..40).map(move |j| [at(i), at(j)]))
     }
 
-    /// Ground within 1.2 m of an object of 0.5 m, and how far off its mean height below the object
-    /// is taken, with the standard uncertainty of that.
+    /// Error of the estimated mean height below an object 0.5 m wide with ground within 1.2 m of
+    /// it, and its standard uncertainty, in m.
     fn off(height: impl Fn([f64; 2]) -> f64, line: Option<Line>, seed: u64) -> (f64, f64) {
         let radius = |p: &[f64; 2]| p[0].hypot(p[1]);
         let ground = places().filter(|p| (0.5..1.2).contains(&radius(p)));
