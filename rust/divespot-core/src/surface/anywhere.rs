@@ -1,16 +1,19 @@
-//! Where a walk starts if no ground is in view: a filled bin, a heap that fills the frame or was cut
-//! out of its surroundings.
+//! Where the walk starts if no ground is in view: a filled bin, or a heap that fills the view or
+//! was cut out of its surroundings.
+//!
+//! Method: the large connected components of the lowest layer become seeds. Heights in m.
 
 use crate::connectivity::FOUR;
 use crate::connectivity::components_joined;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 
-/// A piece of this share of the largest is large: the fill of a truck beside the floor around it.
+/// A component is large from this share of the largest one, as the fill of a truck beside the floor
+/// around it. Chosen on the scenes of `divespot evaluate`.
 const LARGE: f64 = 0.1;
 
-/// Adds the large connected pieces of the lowest layer to the seeds, but those in which the walk
-/// starts already; neighbours within the walk's reach of each other are connected.
+/// Adds the large connected components of the lowest layer without any seed to the seeds.
+/// Neighbours whose heights differ by at most `reach_m` are connected.
 pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f64]) {
     let known = lowest_m.iter().map(|h| !h.is_nan()).collect();
     let joined = |a: usize, b: usize| (lowest_m[b] - lowest_m[a]).abs() <= reach_m;

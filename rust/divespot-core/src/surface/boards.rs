@@ -1,9 +1,10 @@
-//! Boards, walls and rods whose tops the walk came up to where a pile is as high as they are.
+//! Removes boards, walls and rods from the walked surface: the walk reaches their tops where a pile
+//! is as high as they are.
 //!
-//! No bulk material rises more steeply than 60° on two opposite sides. A face that a loader cut rises
-//! so on one side only. Nobody sees what lies behind a board that hides it: a top that is level up to
-//! there, and from which a face drops at once, is a board's too. Where a pile is flush with it, its
-//! top goes on as level and as thick as beside the pile.
+//! No bulk material rises more steeply than 60° on two opposite sides; a face cut by a loader does
+//! so on one side only. The far side of a board may be occluded. So a level top up to the occlusion
+//! edge, from which a face drops within two cells, is a board's too. Where the pile is flush with a
+//! board, the board continues level and with the same thickness. Lengths in m.
 
 use std::collections::VecDeque;
 
@@ -17,21 +18,23 @@ use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
 use crate::robust::median;
 
-/// Fewer cells tell of no board one side of which was not seen.
+/// Fewest cells of a board with an occluded side. Chosen.
 const FEWEST: usize = 5;
-/// A wall's face drops by this share of all that it drops within two cells of its lip.
+/// Share of its whole drop by which a wall's face drops within two cells of its upper edge. Chosen
+/// on the scenes of `divespot evaluate`.
 const AT_ONCE: f64 = 0.8;
-/// So many cells beyond the lip of a face it is at its foot.
+/// Distance from a face's upper edge to its foot, in cells. Chosen.
 const FOOT: isize = 4;
-/// A cell is the top of a face and not its foot if it lies higher on average than this share of it.
+/// A cell is the top of a face, not its foot, if its mean height is above this share of the face.
+/// Chosen: half.
 const ON_TOP: f64 = 0.5;
-/// In front of what is a board for sure there is a row of cells through which its face runs.
+/// Allowance for the cells before a board through which its face runs, in cells. Chosen.
 const FRONT: f64 = 1.5;
-/// No more cells of a wall's face than these hold points at all heights.
+/// Most cells of a wall's face, in a row across it, that hold points at all heights. Chosen.
 const MIXED: isize = 2;
 
-/// Takes the walked cells that are boards away, and returns them; what is `ground` beyond doubt is none
-/// where one side of it was not seen.
+/// Removes the walked cells that are boards, and returns them. `ground` cells with an occluded side
+/// are kept.
 pub(crate) fn without_boards(
     columns: &Columns,
     heights_m: &mut [f64],
@@ -48,25 +51,25 @@ struct Relief<'a> {
     grid: &'a Grid,
     heights_m: &'a [f64],
     ground: &'a [bool],
-    /// The lowest points that lie below a walked height without a gap: in a face, those at its foot.
+    /// Lowest point below the walked height without a gap, in m: in a face, the point at its foot.
     lowest_m: Vec<f64>,
-    /// The highest above it.
+    /// Highest point above the walked height without a gap, in m.
     highest_m: Vec<f64>,
     noise_m: f64,
-    /// What two cells of a level top differ by.
+    /// Largest height difference of two neighbouring cells of a level top, in m.
     level_m: f64,
-    /// Cells over which material could rise by all of the scene's relief.
+    /// Distance, in cells, over which material at its steepest rises by the scene's whole relief.
     farthest: isize,
 }
 
-/// What a surface comes to on one side of a cell, and so many steps away.
+/// How the surface ends on one side of a cell, and after how many steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Side {
-    /// It goes on, or something rises.
+    /// It continues, or something rises there.
     Open,
-    /// It drops too steeply.
+    /// It drops more steeply than material stands.
     Steep(isize),
-    /// Nothing was seen of it any more.
+    /// It is not seen any more.
     Unseen(isize),
 }
 
@@ -95,7 +98,7 @@ impl<'a> Relief<'a> {
         }
     }
 
-    /// The cells of boards: those that are for sure, and what goes on as they do.
+    /// The cells of boards: certain ones, and those that continue them.
     fn boards(&self) -> Vec<usize> {
         let thick_m: Vec<f64> = self.thicknesses();
         let sure: Vec<bool> = thick_m.iter().map(|t| !t.is_nan()).collect();
@@ -111,7 +114,7 @@ impl<'a> Relief<'a> {
         (0..is_board.len()).filter(|&cell| is_board[cell]).collect()
     }
 
-    /// How thick a board is in each cell that is one for sure; NaN elsewhere.
+    /// Thickness of the board in each certain cell, in m; NaN elsewhere.
     fn thicknesses(&self) -> Vec<f64> {
         let mut thick_m = vec![f64::NAN; self.grid.len()];
         for cell in self.near_lips().polled() {
@@ -127,7 +130,7 @@ impl<'a> Relief<'a> {
         AXES.iter().any(|&(dx, dy)| steep((dx, dy)) && steep((-dx, -dy)))
     }
 
-    /// How thick a board is across a cell along an axis, if it is one.
+    /// Thickness of a board at a cell along an axis, in m; `None` if it is no board.
     fn across(&self, cell: usize, (dx, dy): (isize, isize)) -> Option<f64> {
         let at_once = |way, steps| !self.ground[cell] && self.drops_at_once(cell, way, steps);
         let steps = match (self.side(cell, (dx, dy)), self.side(cell, (-dx, -dy))) {
@@ -139,7 +142,7 @@ impl<'a> Relief<'a> {
         Some(self.run_m((dx, dy), steps - 1))
     }
 
-    /// Takes what is level with a board and no farther from its other side than it is thick.
+    /// Adds the cells that are level with a board and within its thickness of its far side.
     fn go_on(&self, board: Vec<usize>, thick_m: f64, is_board: &mut [bool]) {
         let mut front = VecDeque::from(board);
         while let Some(cell) = front.pop_front() {
@@ -160,7 +163,7 @@ impl<'a> Relief<'a> {
         (self.heights_m[a] - self.heights_m[b]).abs() <= self.level_m
     }
 
-    /// Whether a level top ends within a length in some direction: in a face, or unseen.
+    /// Whether a level top ends within this length in some direction, at a face or unseen.
     fn ends(&self, cell: usize, within_m: f64) -> bool {
         let near = |way, steps| self.run_m(way, steps) <= within_m + FRONT * self.grid.cell_m;
         EIGHT.iter().any(|&way| match self.side(cell, way) {
@@ -170,7 +173,7 @@ impl<'a> Relief<'a> {
         })
     }
 
-    /// Whether the cells before one so many steps away are level with this one.
+    /// Whether the cells from this one up to `steps` away are level with it.
     fn is_level_for(&self, cell: usize, (dx, dy): (isize, isize), steps: isize) -> bool {
         (1..steps - 1).all(|k| match self.grid.neighbor(cell, k * dx, k * dy) {
             Some(n) => self.heights_m[n].is_nan() || self.is_level(cell, n),
@@ -182,7 +185,7 @@ impl<'a> Relief<'a> {
         self.grid.cell_m * steps as f64 * (dx as f64).hypotenuse(dy as f64)
     }
 
-    /// Whether a cell lies higher than material could above the one so many steps away.
+    /// Whether a cell is higher above the one `steps` away than material stands.
     fn drops(&self, cell: usize, (dx, dy): (isize, isize), steps: isize) -> Option<bool> {
         let n = self.grid.neighbor(cell, steps * dx, steps * dy)?;
         Some(self.drops_to(cell, n, (dx, dy), steps))
@@ -195,7 +198,7 @@ impl<'a> Relief<'a> {
         on_top && drop > NEVER_STEEPER * run_m() + 2.0 * SIGMAS * self.noise_m
     }
 
-    /// Whether a face drops at once by most of what it drops.
+    /// Whether a face makes most of its drop within two cells.
     fn drops_at_once(&self, cell: usize, (dx, dy): (isize, isize), steps: isize) -> bool {
         let drop = |k: isize| {
             let n = self.grid.neighbor(cell, k * dx, k * dy);
@@ -208,7 +211,7 @@ impl<'a> Relief<'a> {
             && self.is_level_for(cell, (dx, dy), steps)
     }
 
-    /// Cells near enough to the lip of a face that its drop could be too steep for them.
+    /// Cells so near to the upper edge of a face that its drop could be too steep for them.
     fn near_lips(&self) -> impl Iterator<Item = usize> + '_ {
         let lip = |cell: usize| {
             let way = self.grid.ways(cell);
@@ -224,7 +227,7 @@ impl<'a> Relief<'a> {
         (0..near.len()).filter(move |&cell| near[cell] && !self.heights_m[cell].is_nan())
     }
 
-    /// What the surface comes to on one side, before anything rises there.
+    /// How the surface ends on one side, up to where something rises.
     fn side(&self, cell: usize, (dx, dy): (isize, isize)) -> Side {
         let mut unseen = None;
         for steps in 1..=self.farthest {
@@ -247,7 +250,7 @@ impl<'a> Relief<'a> {
         unseen.filter(level).map_or(Side::Open, Side::Unseen)
     }
 
-    /// Whether something over a cell is higher than another by more than noise.
+    /// Whether something over a cell is higher than another cell by more than noise.
     fn is_barred(&self, cell: usize, other: usize) -> bool {
         let top = self.columns.heights(other).last();
         top.is_some_and(|&z| z > self.highest_m[cell] + SIGMAS * self.noise_m)

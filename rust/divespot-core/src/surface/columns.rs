@@ -1,4 +1,4 @@
-//! The heights of the points over each cell of a grid.
+//! The heights of the points over each cell of a grid, sorted, in m.
 
 use std::ops::Range;
 
@@ -8,20 +8,21 @@ use crate::heightmap::Grid;
 use crate::parallel::{fill_chunks, share};
 use crate::robust::median;
 
-/// Points that a thread takes at a time.
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
 
-/// Cells along an edge of the blocks in which points are counted.
+/// Width of the blocks in which points are counted, in cells. Chosen.
 const BLOCK: usize = 8;
-/// A surface holds at least this share of the points that cells around hold: a sensor sees most of a
-/// cell's surface, or it sees something in front of it.
+/// A surface holds at least this share of the typical number of points of the cells around: either
+/// the sensor sees most of a cell's surface, or it sees something in front of it. Chosen on the
+/// scenes of `divespot evaluate`.
 const LEAST: f64 = 0.25;
-/// Points on so many scan lines or more above a surface may be those of a face, and the lowest is no
-/// farther from it than so many times the distance between them.
+/// Points on this many scan lines or more above a surface may be a face. The lowest of them is then
+/// at most `WIDER` line spacings above the surface. Chosen.
 const LINES: usize = 3;
 const WIDER: f64 = 1.5;
 
-/// The heights of the points over a grid's cells, from the lowest up: 8 bytes a point and 4 a cell.
+/// The sorted heights of the points over each cell: 8 bytes for each point and 4 for each cell.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub(crate) grid: Grid,
@@ -30,7 +31,7 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// The columns of points that lie over the grid.
+    /// The columns of the points over the grid.
     pub(crate) fn of<'a>(points: impl Into<Places<'a>>, grid: Grid, threads: usize) -> Self {
         let points = points.into();
         let mut cells = vec![0_u32; points.len()];
@@ -49,7 +50,7 @@ impl Columns {
         self.start[cell] as usize..self.start[cell + 1] as usize
     }
 
-    /// The heights of a cell's points, ascending.
+    /// The heights of a cell's points in m, ascending.
     pub(crate) fn heights(&self, cell: usize) -> &[f64] {
         &self.heights_m[self.range(cell)]
     }
@@ -62,8 +63,9 @@ impl Columns {
         &heights[first..last.max(first)]
     }
 
-    /// The highest point of a cell in which points rise from a height, with no gap above what is in
-    /// `reach_m` of it that is wider than that, or than those between the points above.
+    /// The highest point of a cell, if points rise from `height_m` without a gap. A gap, above the
+    /// points within `reach_m`, is wider than `reach_m` and than 1.5 times the spacing of the scan
+    /// lines above.
     pub(crate) fn rises(&self, cell: usize, height_m: f64, reach_m: f64) -> Option<f64> {
         let heights = self.heights(cell);
         let above = &heights[heights.partition_point(|&z| z <= height_m + reach_m)..];
@@ -71,8 +73,8 @@ impl Columns {
         (*above.first()? <= height_m + reach_m + gap_m).then(|| above[above.len() - 1])
     }
 
-    /// The lowest and the highest point of a cell that are joined to a height by points with no wider
-    /// gap than this between them.
+    /// The lowest and highest point of a cell that are connected to `height_m` by points with gaps
+    /// of at most `gap_m`.
     pub(crate) fn run(&self, cell: usize, height_m: f64, gap_m: f64) -> [f64; 2] {
         let heights = self.heights(cell);
         let (below, above) = heights.split_at(heights.partition_point(|&z| z <= height_m));
@@ -87,9 +89,9 @@ impl Columns {
         [lowest, highest].map(|end| end.unwrap_or_else(|end| end))
     }
 
-    /// How many points make a surface in each cell: a share of what the cells around typically
-    /// hold, on that side where it is least, or those of the whole scene: along a wall, and around
-    /// somebody on a pile, they hold more.
+    /// The number of points that make a surface in each cell: a share of what the cells around, or
+    /// of the whole scene, typically hold, whichever is least. Along a wall and around a person,
+    /// cells hold more.
     pub(crate) fn needs(&self) -> Vec<u32> {
         let across = |n: usize| n.div_ceil(BLOCK);
         let (columns, rows) = (across(self.grid.columns), across(self.grid.rows));
@@ -110,8 +112,8 @@ impl Columns {
     }
 }
 
-/// How far apart the scan lines on a face are; 0 where the points above a surface lie closer together
-/// than `reach_m`, or on few lines.
+/// Spacing of the scan lines on a face, in m; 0 where the points above a surface are closer than
+/// `reach_m`, or on few lines.
 fn step_m(above: &[f64], reach_m: f64) -> f64 {
     let gaps = || above.windows(2).map(|pair| pair[1] - pair[0]);
     let wide: Vec<f64> = gaps().filter(|&gap| gap > 0.5 * reach_m).collect();
@@ -127,15 +129,15 @@ fn need(mut counts: Vec<u32>) -> u32 {
     (LEAST * f64::from(*counts.select_nth_unstable(half).1)).max(1.0) as u32
 }
 
-/// The heights of the columns of some consecutive cells.
+/// The columns of some consecutive cells.
 struct Slab<'a> {
     cells: Range<u32>,
-    /// Where each column begins, and the last ends.
+    /// The start of each column, and the end of the last.
     start: &'a [u32],
     heights_m: &'a mut [f64],
 }
 
-/// As many slabs as threads, with about as many points each.
+/// One slab for each thread, with roughly equal numbers of points.
 fn slabs<'a>(start: &'a [u32], mut heights_m: &'a mut [f64], threads: usize) -> Vec<Slab<'a>> {
     let (last, count) = (start.len() - 1, heights_m.len());
     let mut first = 0;
@@ -152,7 +154,7 @@ fn slabs<'a>(start: &'a [u32], mut heights_m: &'a mut [f64], threads: usize) -> 
 }
 
 impl Slab<'_> {
-    /// Deals the heights of all points to these columns, and sorts each.
+    /// Sorts the heights of all points into these columns, and each column by height.
     fn fill(self, points: Places<'_>, cells: &[u32]) {
         let Self { cells: own, start, heights_m } = self;
         let mut next: Vec<u32> = start.iter().map(|s| s - start[0]).collect();
@@ -170,7 +172,7 @@ impl Slab<'_> {
     }
 }
 
-/// Where each cell's points begin when they are dealt out in order.
+/// The first index of each cell's points when they are sorted by cell.
 fn starts(cells: &[u32], count: usize) -> Vec<u32> {
     let mut start = vec![0; count + 1];
     cells.iter().polled().for_each(|&cell| start[cell as usize + 1] += 1);
@@ -185,7 +187,7 @@ mod tests {
     use super::*;
     use crate::Point;
 
-    /// Points at these heights over the cells of a grid, a step of 1 m wide.
+    /// Points at these heights over the cells of a grid with cells 1 m wide.
     fn columns(size: [usize; 2], heights: impl Fn(usize) -> Vec<f64>) -> Columns {
         let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: size[0], rows: size[1] };
         let over = |cell: usize| {
@@ -236,7 +238,8 @@ mod tests {
 
     #[test]
     fn a_surface_holds_a_quarter_of_what_cells_around_typically_do() {
-        // Blocks of 8 by 8 cells: of 12 points a cell, of 40, and of half these and half those.
+        // Blocks of 8 by 8 cells: with 12 points in each cell, with 40, and half with 12 and half
+        // with 40.
         let counts = |cell: usize| match cell % 24 {
             0..8 | 16..20 => 12,
             _ => 40,

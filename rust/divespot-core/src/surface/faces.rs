@@ -1,8 +1,9 @@
-//! Faces: where points rise from the walked surface more steeply than the walk goes.
+//! Decides which points at faces belong to the surface; heights in m.
 //!
-//! A face between two walked parts of the surface, a bench or a pile that was dug out, is itself the
-//! surface. At the foot of any other, a wall or a leg, the walk has taken the lowest points of the
-//! face along; the surface there goes on as it is in the cells before.
+//! A face is where points rise from the walked surface more steeply than 60°. A face between two
+//! walked parts of the surface, as of a bench or of a pile that was dug out, is itself surface. At
+//! the foot of any other face, as of a wall or a leg, the walk has also taken the face's lowest
+//! points; there the surface is extrapolated by a plane through the cells before.
 
 use super::columns::Columns;
 use super::walk::Reach;
@@ -14,24 +15,24 @@ use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 use crate::near_plane::{near_plane, places_about, value};
 
-/// The surface goes on as it is in the cells so many columns and rows away.
+/// The plane at a face's foot is fitted to the cells within this many columns and rows. Chosen.
 const SUPPORT: usize = 2;
-/// With fewer cells it is not known.
+/// The fewest cells for that plane. Chosen: two more than its parameters.
 const FEWEST: usize = 5;
 
-/// The surface in one cell.
+/// The points of one cell that are surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Taken {
-    /// Points so near to a height.
+    /// Those within a distance of a height.
     Near {
         height_m: f64,
         within_m: f64,
     },
-    /// Points up to a height.
+    /// Those up to a height.
     Face {
         up_to_m: f64,
     },
-    /// Points so near to a plane through a place.
+    /// Those within a distance of a plane.
     Foot {
         center_m: [f64; 2],
         plane: [f64; 3],
@@ -54,8 +55,8 @@ impl Taken {
     }
 }
 
-/// What of each cell is surface, after a walk with this reach. A face that goes up to a board is the
-/// board's.
+/// The surface points of each cell, after a walk with this reach. A face that leads up to a board
+/// belongs to the board.
 pub(crate) fn taken(
     columns: &Columns,
     heights_m: &[f64],
@@ -96,8 +97,8 @@ pub(crate) fn taken(
     taken
 }
 
-/// The highest point of a cell that rises from the surface; NaN where nothing does. In a cell that
-/// was not walked everything does.
+/// The highest point that rises from the surface in a cell; NaN if none does. In a cell without
+/// walked surface all points rise.
 fn top(columns: &Columns, cell: usize, height_m: f64, reach_m: f64) -> f64 {
     let top = match height_m.is_nan() {
         true => columns.heights(cell).last().copied(),
@@ -106,7 +107,8 @@ fn top(columns: &Columns, cell: usize, height_m: f64, reach_m: f64) -> f64 {
     top.unwrap_or(f64::NAN)
 }
 
-/// Whether the walked surface comes up to a face's top no farther away than where material would.
+/// Whether the walked surface reaches the top of a face within the run that material at its
+/// steepest needs.
 fn is_level(columns: &Columns, heights_m: &[f64], cell: usize, top_m: f64, reach_m: f64) -> bool {
     let grid = &columns.grid;
     let rise_m = top_m - columns.heights(cell).first().unwrap_or(&top_m);
@@ -114,7 +116,7 @@ fn is_level(columns: &Columns, heights_m: &[f64], cell: usize, top_m: f64, reach
     grid.around(cell, farthest).any(|n| heights_m[n] >= top_m - reach_m)
 }
 
-/// The plane through the cells around the foot of a face, the nearest counting most.
+/// The plane through the cells around the foot of a face; near cells have more weight.
 fn foot(grid: &Grid, heights_m: &[f64], faces: &[bool], cell: usize) -> Option<[f64; 3]> {
     let clean = grid.around(cell, SUPPORT).filter(|&n| !faces[n] && !heights_m[n].is_nan());
     let local = places_about(grid, heights_m, cell, clean);
@@ -136,7 +138,7 @@ mod tests {
         (cell % 9).abs_diff(4).max((cell / 9).abs_diff(4))
     }
 
-    /// The height in the middle of the plane through the cells that are `clean`.
+    /// Height in the middle of the plane through the cells that are `clean`.
     fn foot_m(height: impl Fn(usize) -> f64, clean: impl Fn(usize) -> bool) -> Option<f64> {
         let heights: Vec<f64> = (0..GRID.len()).map(height).collect();
         let faces: Vec<bool> = (0..GRID.len()).map(|cell| !clean(cell)).collect();

@@ -1,8 +1,9 @@
-//! Which parts of the surface are hills: uphill paths decide.
+//! Tells hills from terrain by uphill paths (a merge tree of the heights, as in a watershed);
+//! heights in m.
 //!
-//! From every place one can go uphill. From a heap the way ends at a summit of its own, from a bank
-//! on higher ground. Ground is every large gentle part of the surface, at whatever height, that is
-//! not a top. A hole is the same thing downwards.
+//! From every cell a path leads uphill. From a heap it ends at a summit of its own, from a bank on
+//! higher ground. Ground is every large gentle part of the surface, at any height, that is not a
+//! top (`levels`). Holes are the hills of the surface turned upside down.
 
 use crate::cancel::Polled;
 use crate::connectivity::{EIGHT, FOUR, NOBODY};
@@ -21,25 +22,25 @@ use crate::thread_count;
 
 use super::levels::{Levels, NONE};
 
-/// A summit that stands out of its saddle by less than so many standard deviations of a cell's
-/// noise, or this share of a cell, is none.
+/// Least prominence of a summit above its saddle: this many standard deviations of a cell's noise,
+/// and this share of a cell's width. Chosen on the scenes of `divespot evaluate`.
 const SIGMAS: f64 = 8.0;
 const CELLS: f64 = 0.25;
-/// How steep a face is is told over so many cells.
+/// The slope of a face is measured over this many cells. Chosen.
 const FACE: usize = 3;
 
-/// What stands on the ground.
+/// The hills on the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hills {
-    /// The hill that each cell belongs to, by size; -1 for none.
+    /// Label of the hill in each cell, sorted by size; -1 for none.
     pub labels: Vec<i32>,
     /// Whether a cell is ground.
     pub ground: Vec<bool>,
-    /// The ground, and what lies beneath the hills.
+    /// The ground surface, also below the hills.
     pub terrain: Terrain,
 }
 
-/// Finds the hills of a surface.
+/// Finds the hills of a surface, given by its height in each cell, in m; NaN is unseen.
 ///
 /// # Errors
 ///
@@ -102,7 +103,7 @@ pub fn hills_and_holes(grid: &Grid, heights_m: &[f64], threads: usize) -> Result
     map_each(&ways, thread_count(threads), |heights_m| hills(grid, heights_m)).into_iter().collect()
 }
 
-/// The heights with what was not seen between them crossed as a soap film would.
+/// The heights, with unseen cells between seen ones interpolated harmonically.
 fn filled(grid: &Grid, heights_m: &[f64], beyond: &[bool]) -> Vec<f64> {
     let mut filled = heights_m.to_vec();
     let gaps: Vec<usize> =
@@ -116,7 +117,7 @@ fn filled(grid: &Grid, heights_m: &[f64], beyond: &[bool]) -> Vec<f64> {
     filled
 }
 
-/// The mean of each cell and its neighbours, those above or below a cliff apart.
+/// The mean of each cell and its neighbours, except those across a cliff.
 fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
     let most = NEVER_STEEPER * grid.cell_m;
     let mean = |cell: usize| {
@@ -136,13 +137,13 @@ fn downhill(heights_m: &[f64], beyond: &[bool]) -> Vec<u32> {
     sort_by_key(keyed).into_iter().map(|keyed| keyed.row).collect()
 }
 
-/// A number that is in the order of `f64::total_cmp`.
+/// An integer that sorts as `f64::total_cmp` does.
 fn ascending(value: f64) -> u64 {
     let bits = value.to_bits();
     if value.is_sign_negative() { !bits } else { bits | 1 << 63 }
 }
 
-/// The parts, not ground as yet, above which there is ground.
+/// The parts, not yet ground, from which most paths lead up to ground.
 fn banks(levels: &Levels, tree: &Tree, is_ground: &[bool]) -> Vec<usize> {
     let mut above = vec![(0_usize, 0_usize); is_ground.len()];
     for (cell, &part) in levels.of.iter().enumerate().polled() {
@@ -167,12 +168,12 @@ const NOTHING: u32 = u32::MAX;
 struct Tree {
     /// The node of each cell.
     of: Vec<u32>,
-    /// What a node was joined to.
+    /// The node that each node was joined to.
     joined: Vec<u32>,
     summit_m: Vec<f64>,
 }
 
-/// The heights that paths go over.
+/// The heights over which paths lead.
 struct Relief<'a> {
     grid: &'a Grid,
     heights_m: &'a [f64],
@@ -180,7 +181,7 @@ struct Relief<'a> {
     noise_m: f64,
 }
 
-/// What lies around a cell: nodes of the tree that it touches, and the one that it goes up to.
+/// The nodes around a cell, and the one its uphill path leads to.
 struct Around {
     near: [u32; 9],
     count: usize,
@@ -196,7 +197,7 @@ impl Around {
 }
 
 impl Relief<'_> {
-    /// Whether one cell rises above its neighbour beyond what could be walked.
+    /// Whether the step from one cell up to its neighbour is steeper than material stands.
     fn cliff(&self, from: usize, to: usize) -> bool {
         let rise = self.heights_m[to] - self.heights_m[from];
         if rise <= SIGMAS * self.noise_m {
@@ -206,7 +207,8 @@ impl Relief<'_> {
         rise > NEVER_STEEPER * (u - x).hypotenuse(v - y) + SIGMAS * self.noise_m
     }
 
-    /// Whether a bank's face ends at a cell, for there the scan ends: nothing was poured so steep.
+    /// Whether a bank's face ends at a cell at the scan's edge: the drop is steeper than poured
+    /// material.
     fn leads_out(&self, cell: usize) -> bool {
         let is_out = |n: usize| self.smooth_m[n].is_nan();
         if !self.grid.is_border(cell) && !self.grid.around(cell, 1).any(is_out) {
@@ -219,8 +221,9 @@ impl Relief<'_> {
         down.map(drop_m).any(|drop_m| drop_m > STEEPEST_POURED * run_m)
     }
 
-    /// Uphill goes the walk to the highest cell around. Up a cliff it goes from a face alone, that
-    /// is where there is one downhill too: what ends at the foot of a wall has a summit there.
+    /// The uphill path leads to the highest cell around. Up a cliff it leads only from within a
+    /// face, where there is a cliff downhill too: a slope that ends at the foot of a wall has its
+    /// summit there.
     fn around(&self, tree: &Tree, cell: usize) -> Around {
         let mut around = Around { near: [NOTHING; 9], count: 0, uphill: NOTHING };
         let (mut walked, mut climbed) =
@@ -286,7 +289,7 @@ impl Tree {
         node
     }
 
-    /// Joins summits of little prominence to the highest that they touch.
+    /// Joins summits of little prominence to the highest one around.
     fn join(&mut self, near: &[u32], saddle_m: f64, least_m: f64) {
         let higher = |&a: &u32, &b: &u32| {
             self.summit_m[a as usize].total_cmp(&self.summit_m[b as usize]).then(b.cmp(&a))
@@ -300,7 +303,7 @@ impl Tree {
     }
 }
 
-/// Connected cells of hills, numbered by size.
+/// Connected components of hill cells, numbered by size.
 fn components(grid: &Grid, tree: &Tree) -> Vec<i32> {
     let hill = |cell: usize| match tree.root(cell) {
         Some(GROUND) | None => NOBODY,
@@ -318,7 +321,7 @@ mod tests {
     const CELL: f64 = 0.02;
     const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: CELL, columns: 120, rows: 90 };
 
-    /// A map with normal noise: four uniform numbers are normal enough.
+    /// A map with roughly normal noise: the sum of four uniform numbers.
     fn map(height: impl Fn(f64, f64) -> f64, noise_m: f64) -> Vec<f64> {
         let unit = |k: u64| (mix(k) >> 11) as f64 / (1_u64 << 53) as f64;
         let noise = |cell: u64| {
@@ -344,7 +347,8 @@ mod tests {
         cone_at(x, y, [1.2, 0.9], 0.225)
     }
 
-    /// Cells in which what stands on the floor is this high, or that are no hill's.
+    /// Asserts that the labelled hills are the cells in which `on_it` is high enough above the
+    /// floor.
     fn only_stands(floor: impl Fn(f64, f64) -> f64, on_it: impl Fn(f64, f64) -> f64) {
         let hills = found(|x, y| floor(x, y) + on_it(x, y));
         for (cell, &label) in hills.labels.iter().enumerate() {
@@ -405,7 +409,7 @@ mod tests {
         }
     }
 
-    /// The number of hills, and the places of those that are labelled.
+    /// The number of hills, and the places of the labelled cells.
     fn places(hills: &Hills) -> (i32, Vec<([f64; 2], i32)>) {
         let count = hills.labels.iter().max().unwrap() + 1;
         let labelled = hills.labels.iter().enumerate().filter(|(_, n)| **n != NOBODY);
@@ -444,13 +448,13 @@ mod tests {
         assert_eq!(places(&found(both)).0, 1);
     }
 
-    /// A bank of 1 in 2 with a round bump on it.
+    /// A bank of slope 1 in 2 with a round bump on it.
     fn bump(height_m: f64) -> impl Fn(f64, f64) -> f64 {
         let off = |x: f64, y: f64| (x - 1.2).hypot(y - 0.9) / (6.0 * CELL);
         move |x, y| 0.5 * (x - 0.3).clamp(0.0, 1.8) + height_m * (-0.5 * off(x, y).powi(2)).exp()
     }
 
-    /// How far one comes down from the bump before the bank goes up again.
+    /// Height of the bump above its saddle to the bank, in m.
     fn prominence(height_m: f64) -> f64 {
         let smooth = smoothed(&GRID, &map(bump(height_m), 0.0));
         let uphill = &smooth[45 * GRID.columns..][50..80];

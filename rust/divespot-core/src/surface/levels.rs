@@ -1,4 +1,8 @@
-//! Levels: the large gentle parts of a surface, at whatever height.
+//! Levels: the large gentle parts of a surface, at any height, and which of them are ground or
+//! tops.
+//!
+//! Method: connected components of cells that slope by less than 7.5°, classified by where the
+//! surface goes at their edge. Sizes in cells, heights in m.
 
 use std::iter::successors;
 
@@ -10,44 +14,47 @@ use crate::heightmap::Grid;
 use crate::material::{GENTLE, NEVER_STEEPER};
 use crate::slopes::Slopes;
 
-/// A part of fewer cells is no level; nor is one of less than this share of the largest.
+/// Least size of a level: this many cells, and this share of the largest part. Chosen on the scenes
+/// of `divespot evaluate`.
 const FEWEST: usize = 40;
 const SHARE: f64 = 0.02;
-/// But of a scan of few cells one is of this share of all that was seen.
+/// In a scan of few cells, this share of the seen cells is enough. Chosen.
 const MUCH: f64 = 0.1;
-/// A level's edge goes a way with this share of it.
+/// Shares of a level's edge: most of it (a top goes down there), and some of it. Chosen on the
+/// scenes of `divespot evaluate`.
 const MOST: f64 = 0.75;
 const SOME: f64 = 0.25;
 
-/// So many standard deviations of the noise are no step.
+/// Height differences within this many standard deviations of the noise are no step. Chosen.
 const CLEAR: f64 = 4.0;
 
-/// A part is about as large as the largest from this share of it.
+/// A part is about as large as the largest from this share of its size. Chosen: half.
 const LARGE: f64 = 0.5;
 
-/// What may be the top of a wall is smaller than this share of the largest part.
+/// The top of a wall is smaller than this share of the largest part. Chosen on the scenes of
+/// `divespot evaluate`.
 const LID: f64 = 0.2;
 
-/// A cell that lies in no part.
+/// Marks a cell that lies in no part.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// The large gentle parts of a height map.
 pub(crate) struct Levels {
-    /// The part that each cell belongs to.
+    /// The number of the part of each cell.
     pub(crate) of: Vec<u32>,
     pub(crate) edges: Vec<Edge>,
 }
 
-/// Where the surface goes from the edge of a part, in cells.
+/// The surroundings of a part's edge, as numbers of cells.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Edge {
     pub(crate) cells: usize,
     up: f64,
     even: f64,
     down: f64,
-    /// Those of `down` to which it goes more steeply than any material could lie.
+    /// Cells of `down` reached by a drop steeper than material stands.
     cliff: f64,
-    /// Nothing was seen.
+    /// Unseen cells beyond the scan's edge.
     open: f64,
 }
 
@@ -56,36 +63,36 @@ impl Edge {
         (self.up + self.even + self.down + self.open).max(1.0)
     }
 
-    /// Whether it is the top of something that stands on the ground: cliffs around it, where the
-    /// scan does not end, and nothing that rises from it.
+    /// Whether the part is the top of a thing on the ground: it has cliffs along its edge, where
+    /// the scan does not end, and nothing rises from it.
     pub(crate) fn is_lid(&self, largest: usize) -> bool {
         let small = to_f64(self.cells) < LID * to_f64(largest);
         let cliffs = self.cliff / self.all();
         self.up < 0.1 * self.all() && (cliffs > 0.5 || small && cliffs > SOME)
     }
 
-    /// Whether it is a top for sure.
+    /// Whether the part is certainly a top.
     pub(crate) fn is_top(&self) -> bool {
         self.down > MOST * self.all()
     }
 
-    /// Whether it is ground for sure: it goes down from little of the edge, or the scan ends
-    /// there, or something stands on a plate with cliffs around it, or it is about as large as the
-    /// largest part and no top.
+    /// Whether the part is certainly ground: little of its edge goes down, or the scan ends there,
+    /// or it is a plate with cliffs around it on which something stands, or it is about as large as
+    /// the largest part and no top.
     pub(crate) fn is_ground(&self, largest: usize) -> bool {
         let large = to_f64(self.cells) > LARGE * to_f64(largest) && !self.is_top();
         let some = SOME * self.all();
         self.down < some || self.open > some || self.is_plate() || large
     }
 
-    /// Whether cliffs are around it, and something stands on it.
+    /// Whether the part has cliffs along its edge and something stands on it.
     fn is_plate(&self) -> bool {
         self.cliff > SOME * self.all() && self.up > 0.1 * self.all()
     }
 }
 
 impl Levels {
-    /// `beyond` are the cells outside of what was seen.
+    /// The levels of a height map; `beyond` are the cells outside the scan.
     pub(crate) fn of(grid: &Grid, heights_m: &[f64], slopes: &Slopes, beyond: &[bool]) -> Self {
         let gentle = slopes.gentle.iter().zip(heights_m).map(|(&gentle, h)| gentle && !h.is_nan());
         let parts = components(grid, gentle.collect(), &FOUR);
@@ -112,13 +119,13 @@ impl Levels {
         Self { of, edges }
     }
 
-    /// The cells of the largest part.
+    /// The size of the largest part, in cells.
     pub(crate) fn largest(&self) -> usize {
         self.edges.iter().map(|edge| edge.cells).max().unwrap_or(0)
     }
 }
 
-/// The number of the part that each cell belongs to.
+/// The number of the part of each cell.
 fn numbered<'a>(grid: &Grid, parts: impl Iterator<Item = &'a Vec<usize>>) -> Vec<u32> {
     let mut of = vec![NONE; grid.len()];
     for (part, cells) in (0..).zip(parts) {
@@ -127,33 +134,34 @@ fn numbered<'a>(grid: &Grid, parts: impl Iterator<Item = &'a Vec<usize>>) -> Vec
     of
 }
 
-/// Looks at what lies around a part.
+/// Looks at the surroundings of a part.
 struct Looker<'a> {
     grid: &'a Grid,
     heights_m: &'a [f64],
     beyond: &'a [bool],
     noise_m: f64,
-    /// Half-width of the window over which a cell is gentle: nearer to an edge none is.
+    /// Half-width, in cells, of the window in which a cell's slope is measured; no cell nearer to
+    /// an edge is gentle.
     reach: usize,
 }
 
-/// A step of the way outwards from a part's cell.
+/// A step on a path outwards from a cell of a part.
 #[derive(Clone, Copy)]
 struct Step {
     from: usize,
     cell: usize,
-    /// Of how many it is the last, and which one came before it.
+    /// Its number along the path, and the index of the step before it.
     count: usize,
     before: usize,
 }
 
 impl Looker<'_> {
-    /// Walks outwards from a part's cells over the width of a window, and compares what lies there
-    /// with the part's nearest cell.
+    /// Follows paths outwards from a part's cells and compares the heights there with the part's
+    /// nearest cell.
     fn edge(&self, part: u32, cells: &[usize], of: &[u32], stamps: &mut [u32]) -> Edge {
         let mut edge = Edge { cells: cells.len(), ..Edge::default() };
         let steps = self.outwards(part, cells, of, stamps);
-        // Backwards: what lies on the way down a cliff is part of it.
+        // From the last step back: the whole path down a cliff counts as cliff.
         let mut cliffs = vec![false; steps.len()];
         for (at, step) in steps.iter().enumerate().rev().polled() {
             if step.count > self.reach {
@@ -168,12 +176,12 @@ impl Looker<'_> {
         edge
     }
 
-    /// The last step of the way out.
+    /// The number of the last step of a path.
     fn farthest(&self) -> usize {
         2 * self.reach + 3
     }
 
-    /// The steps from the cells at a part's edge outwards.
+    /// The steps outwards from the cells at a part's edge.
     fn outwards(&self, part: u32, cells: &[usize], of: &[u32], stamps: &mut [u32]) -> Vec<Step> {
         let outer = |cell: &usize| {
             let way = self.grid.ways(*cell);
@@ -200,8 +208,8 @@ impl Looker<'_> {
         steps
     }
 
-    /// Gives each part the cells around it, as far as its windows reached, to which it goes on as
-    /// gently: where the scan ends, and beside something steep, no window is gentle.
+    /// Adds to each part the cells around it, within the half-width of the window, to which it
+    /// continues as gently: near the scan's edge and beside steep things no window is gentle.
     fn widen(&self, of: &mut [u32]) {
         let beside = |cell: usize| self.grid.neighbors(cell, &EIGHT).any(|n| of[n] == NONE);
         let parted = (0..of.len()).filter(|&cell| of[cell] != NONE && beside(cell));
@@ -222,12 +230,12 @@ impl Looker<'_> {
         }
     }
 
-    /// How far it is down from the part to a step.
+    /// Drop from the part to a step, in m.
     fn fall_m(&self, step: &Step) -> f64 {
         self.heights_m[step.from] - self.heights_m[step.cell]
     }
 
-    /// How far it must be up or down to a step to be no part of what is even.
+    /// Height difference from which a step is not level with the part, in m.
     fn clear_m(&self, step: &Step) -> f64 {
         CLEAR * self.noise_m + 0.1 * to_f64(step.count) * self.grid.cell_m
     }
@@ -246,9 +254,9 @@ impl Looker<'_> {
         }
     }
 
-    /// Whether a step lies at the foot of a cliff: the fall to it has ended there, and its middle half
-    /// takes less than material could lie over, on cells that were not seen too. One cell may hold
-    /// both the top and the foot, so of a fall of a cell or two nothing tells whether it is one.
+    /// Whether a step lies at the foot of a cliff: the drop ends there, and its middle half is
+    /// steeper than material stands, unseen cells included. A drop over one or two cells counts as
+    /// a cliff, because one cell can hold both top and foot.
     fn is_cliff(&self, steps: &[Step], to: &Step) -> bool {
         let (fall_m, last_m) = (self.fall_m(to), self.fall_m(&steps[to.before]));
         let falls_on = fall_m - last_m > GENTLE * self.grid.cell_m + CLEAR * self.noise_m;
@@ -275,7 +283,7 @@ mod tests {
         Levels::of(grid, &heights, &slopes, &vec![false; grid.len()])
     }
 
-    /// A plate so many cells wide and long amid a floor.
+    /// A plate `width` by `length` cells on a floor.
     fn plate(width: f64, length: f64, [x0, y0]: [f64; 2]) -> impl Fn(f64, f64) -> f64 {
         move |x, y| {
             let on = (x0..x0 + width).contains(&x) && (y0..y0 + length).contains(&y);
@@ -287,7 +295,7 @@ mod tests {
     fn a_part_of_few_cells_is_no_level() {
         let count =
             |width, length| levels(&grid(40, 40), plate(width, length, [10.0, 10.0])).edges.len();
-        // A cell at the edge of a plate is not gentle: windows reach a cell far.
+        // A cell at the edge of a plate is not gentle: the windows reach one cell beyond.
         assert_eq!((count(8.0, 12.0), count(7.0, 8.0)), (2, 1));
     }
 
@@ -296,9 +304,9 @@ mod tests {
         let count = |side: usize, width| {
             levels(&grid(side, side), plate(width, width, [3.0, 3.0])).edges.len()
         };
-        // Of 225 cells 22: a plate six cells wide has 16 that are gentle, one of seven 25.
+        // 22 of 225 cells: a plate six cells wide has 16 gentle ones, one of seven has 25.
         assert_eq!((count(15, 6.0), count(15, 7.0)), (1, 2));
-        // Of 576 cells, 40.
+        // 40 of 576 cells.
         assert_eq!((count(24, 8.0), count(24, 9.0)), (1, 2));
     }
 
@@ -325,7 +333,7 @@ mod tests {
         assert!(floor.is_ground(400) && !floor.is_top() && !floor.is_lid(floor.cells), "{floor:?}");
         assert!(plate.is_top() && plate.is_lid(floor.cells) && !plate.is_ground(400), "{plate:?}");
         assert!(plate.cliff == plate.down && plate.up == 0.0 && plate.open == 0.0);
-        // Where windows end, the levels go on up to the cliff.
+        // Near the cliff, where windows are cut, the levels are widened up to it.
         assert!(levels.of.iter().all(|&part| part != NONE));
     }
 
@@ -367,7 +375,7 @@ mod tests {
             let floor = grid(200, 200);
             levels(&floor, |x, y| slab(x, y, rise) + heap(x, y)).edges.len()
         };
-        // 700 cells of the slab show; a fiftieth of the floor is 780.
+        // 700 cells of the slab are seen; a fiftieth of the floor is 780.
         assert_eq!((count(1.5, &heap), count(9.0, &heap), count(0.0, &heap)), (2, 2, 1));
         let flank = |x: f64, y: f64| {
             let off = (x - 50.0).abs().max((y - 50.0).abs());

@@ -1,4 +1,9 @@
-//! The one surface of a scene: what bulk material and the ground under it show to the sky.
+//! Finds the one surface of a scene: bulk material and the ground under it, as seen from above.
+//!
+//! Method: points are kept apart by height in columns over cells; the surface is walked from the
+//! ground, without steps steeper than material stands; boards and faces are then judged.
+//! Slope-limited filters find bare earth in the same way (Vosselman 2000, Int. Arch. Photogramm.
+//! 33(B3):935). Heights in m.
 
 mod anywhere;
 mod boards;
@@ -22,15 +27,17 @@ use crate::parallel::fill_chunks;
 use crate::slopes::Slopes;
 use crate::{Places, thread_count};
 
-/// Points or cells that a thread takes at a time.
+/// Points or cells for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 12;
 
-/// A layer is as thick as this many standard deviations of the noise, or as a cell on a slope.
+/// Thickness of a layer: this many standard deviations of the noise, or this share of a cell's
+/// width for a slope, whichever is more. Chosen.
 const LAYER_SIGMAS: f64 = 6.0;
 const LAYER_CELLS: f64 = 0.6;
 
-/// Which of levelled points lie on the surface that can be walked from the ground; from `anywhere`
-/// also where no ground is in view: then from the largest connected piece of what lies lowest.
+/// Which of levelled points lie on the surface that can be walked from the ground. With `anywhere`,
+/// the walk also starts where no ground is in view, from the large connected components of the
+/// lowest layer.
 ///
 /// # Errors
 ///
@@ -61,7 +68,7 @@ pub fn surface_points<'a>(
     surface_points_on(1, points, cell_m, noise_m, anywhere)
 }
 
-/// The same on so many threads; 0 takes every core that the process may use.
+/// The same with this many threads; 0 takes every core that the process may use.
 ///
 /// # Errors
 ///
@@ -84,7 +91,7 @@ pub fn surface_points_on<'a>(
     Ok(mask)
 }
 
-/// What of each cell is surface.
+/// The surface points of each cell.
 fn taken(
     points: Places<'_>,
     grid: Grid,
@@ -107,7 +114,7 @@ fn taken(
     faces::taken(&columns, &heights_m, &boards, reach)
 }
 
-/// The height of the lowest layer in each cell; NaN where there is none.
+/// Height of the lowest layer in each cell, in m; NaN where there is none.
 fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64, threads: usize) -> Vec<f64> {
     let band_m = (LAYER_SIGMAS * noise_m).max(LAYER_CELLS * columns.grid.cell_m);
     let mut lowest_m = vec![f64::NAN; columns.grid.len()];
@@ -119,7 +126,7 @@ fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64, threads: usize) 
     lowest_m
 }
 
-/// The heights of the large gentle parts of the lowest layer; NaN elsewhere.
+/// Heights of the large gentle parts of the lowest layer, in m; NaN elsewhere.
 fn seeds(grid: &Grid, lowest: &[f64]) -> Vec<f64> {
     let slopes = Slopes::of(grid, lowest);
     let levels = Levels::of(grid, lowest, &slopes, &beyond(grid, lowest));
@@ -132,7 +139,7 @@ fn seeds(grid: &Grid, lowest: &[f64]) -> Vec<f64> {
     (0..grid.len()).map(seed).collect()
 }
 
-/// The mean of the lowest layer with enough points; NaN where there is none.
+/// Mean of the lowest layer with enough points; NaN where there is none.
 fn lowest(heights_m: &[f64], need: u32, band_m: f64) -> f64 {
     let need = need as usize;
     let enough = |first: &usize| {

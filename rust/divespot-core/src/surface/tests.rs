@@ -24,7 +24,7 @@ fn upright(x: f64, y: f64, low: f64, high: f64) -> impl Iterator<Item = Point> {
     (0..count).map(move |k| [x, y, low + f64::from(k) * STEP])
 }
 
-/// How many of the points of each part lie on the surface.
+/// How many points of each part lie on the surface.
 fn on(parts: &[Vec<Point>]) -> Vec<usize> {
     let mask = surface_points(&parts.concat(), CELL, 0.001, false).unwrap();
     let mut left = mask.into_iter();
@@ -63,7 +63,7 @@ fn a_wall_is_off_the_surface_and_the_face_of_a_bench_is_on_it() {
     let (whole, count) = (floor.len(), face.len());
     let wall = on(&[floor, face]);
     assert!(wall[0] > whole - whole / 50 && wall[1] < count / 5, "{wall:?}");
-    // 70 degrees: a step of 2.75 cells from cell to cell.
+    // 70°: a rise of 2.75 for each cell.
     let bench = raster(|x, y| cone(x, y).max((2.75 * (x - 0.85)).clamp(0.0, 0.3)));
     let count = bench.len();
     assert_eq!(on(&[bench]), [count]);
@@ -73,7 +73,7 @@ fn a_wall_is_off_the_surface_and_the_face_of_a_bench_is_on_it() {
 fn a_board_that_a_heap_reaches_up_to_is_off_the_surface() {
     let heap = raster(cone);
     let whole = heap.len();
-    // It runs from the summit outwards, level with it, a cell and a half wide.
+    // From the summit outwards, level with it, a cell and a half wide.
     let board =
         raster(|x, y| if x > 0.6 && (y - 0.45).abs() < 0.75 * CELL { 0.2 } else { f64::NAN });
     let hidden = |p: &Point| p[0] > 0.6 && (p[1] - 0.45).abs() < 0.75 * CELL;
@@ -98,7 +98,7 @@ fn the_order_of_the_points_changes_nothing() {
     assert!(order.iter().zip(other).all(|(&k, is)| mask[k] == is));
 }
 
-/// The seeds in the middle of a floor whose cells hold these heights.
+/// The seed in the middle of a floor whose cells hold these heights.
 fn seed(heights: &[f64], noise_m: f64) -> f64 {
     let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 20, rows: 20 };
     let over = |cell: usize| {
@@ -125,7 +125,7 @@ fn strays_below_are_no_layer() {
     assert!(seed(&[0.0, 2.0, 4.0, 6.0], 0.0).is_nan());
 }
 
-/// The heights around a cell, and of those the ones on the surface that the walk comes over.
+/// The expected height of a cell: the mean of those around it on the surface the walk comes from.
 fn twin_expected(grid: &Grid, heights_m: &[f64], cell: usize, from: usize, most_m: f64) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for dy in -1..=1 {
@@ -139,8 +139,8 @@ fn twin_expected(grid: &Grid, heights_m: &[f64], cell: usize, from: usize, most_
     sum / count
 }
 
-/// The walk as its definition says: of all cells that were reached and not left yet, the one that
-/// agrees best goes first.
+/// The walk by its definition: of all cells reached and not yet left, the one with the best
+/// agreement goes first.
 fn twin_walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach_m: f64) {
     let grid = &columns.grid;
     let mut waiting: Vec<(f64, usize)> =
@@ -203,6 +203,6 @@ fn the_walk_does_what_its_definition_says() {
 fn the_reach_is_the_steepest_step_and_three_standard_deviations() {
     let reach = Reach::of(2.0, 0.1);
     assert!((reach.far_m - (2.0 * 3.0_f64.sqrt() + 0.3)).abs() < 1e-3);
-    // A slope that changes by 30 % of a cell within it, that is by 17°.
+    // A slope that changes by 30 % (17°) within a cell.
     assert!((reach.near_m - 0.9).abs() < 1e-12);
 }

@@ -1,9 +1,11 @@
-//! One surface, walked from the ground.
+//! Walks the surface from the ground (a filter limited by slope, after Vosselman 2000); heights in
+//! m.
 //!
-//! Bulk material lies: from the ground its surface can be reached without a step steeper than
-//! material stands. So from cells whose height is known the walk goes to their neighbours, best
-//! agreement first, and takes of a neighbour's points those within reach of the height expected
-//! there. What hangs, stands or flies over the surface is out of reach, and so is what lies below.
+//! From the ground, the surface of bulk material can be reached without a step steeper than
+//! material stands (60°). From cells of known height the walk goes to their neighbours, best
+//! agreement first, and takes those of a neighbour's points that are within reach of the height
+//! expected there. Points that hang, stand or fly over the surface are out of reach, and so are
+//! points below it.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -14,16 +16,16 @@ use crate::connectivity::FOUR;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 
-/// Standard deviations within which a sensor's noise lies.
+/// The noise lies within this many standard deviations: 99.7 % of a normal distribution.
 pub(crate) const SIGMAS: f64 = 3.0;
-/// What the surface's slope changes by within a cell.
+/// Largest change of the surface's slope within a cell, as rise over run: 17°. Chosen on the scenes
+/// of `divespot evaluate`.
 const BEND: f64 = 0.3;
 
-/// Extends known heights (NaN where none is) cell by cell over the columns.
+/// Extends known heights (NaN where unknown) cell by cell over the columns.
 ///
-/// Cells are settled in the order in which they agree with the cells around that are settled; of
-/// equal ones the first cell goes first. Where points rise from a cell, at the foot of a face, the walk
-/// ends.
+/// Cells are settled in the order of their agreement with the settled cells around; ties go to the
+/// cell with the lower index. The walk ends where points rise from a cell, at the foot of a face.
 pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach: Reach) {
     let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
         (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| Reverse((0, c))).collect();
@@ -45,12 +47,12 @@ pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reac
     }
 }
 
-/// How far a point may lie from the height that is expected in its cell.
+/// How far a point may lie from the height expected in its cell, in m.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reach {
-    /// As the steepest material rises within a cell.
+    /// Rise of the steepest material within a cell, plus noise.
     pub(crate) far_m: f64,
-    /// As the surface bends within a cell.
+    /// Bend of the surface within a cell, plus noise.
     pub(crate) near_m: f64,
 }
 
@@ -61,8 +63,7 @@ impl Reach {
     }
 }
 
-/// The mean height of the settled cells around one that lie on the same surface as that from which
-/// the walk comes.
+/// Mean height of the settled cells around one that lie on the surface the walk comes from.
 fn expected(grid: &Grid, heights_m: &[f64], cell: usize, from: usize, reach_m: f64) -> f64 {
     let known = grid.around(cell, 1).map(|n| heights_m[n]);
     let same = known.filter(|h| (h - heights_m[from]).abs() <= 2.0 * reach_m);
