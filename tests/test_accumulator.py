@@ -92,7 +92,7 @@ def test_bytes_and_pickles_bring_everything_back() -> None:
 def test_damaged_bytes_are_refused_in_a_sentence() -> None:
     data = added(scattered(500)).to_bytes()
     for damaged in (b"", data[:-1], data + b"\0", b"x" + data[1:], data[:72] + b"\xff" * 8):
-        with pytest.raises(DivespotError, match="they are corrupt"):
+        with pytest.raises(DivespotError, match="intact data are needed"):
             Accumulator.from_bytes(damaged)
     with pytest.raises(DivespotError, match="bytes are needed"):
         Accumulator.from_bytes("text")  # type: ignore[arg-type]

@@ -154,7 +154,7 @@ np.save(NPY_OBJECT, np.array([{"a": 1}, None]), allow_pickle=True)
         ("a.pcd", PCD_3.replace(b"DATA ascii\n", b""), "no DATA line"),
         ("a.pcd", VALID["binary.pcd"][:-1], "truncated or corrupt"),
         ("a.pcd", VALID["compressed.pcd"][:-1], "truncated or corrupt"),
-        ("a.pcd", VALID["compressed.pcd"][:-20] + b"\xff" * 20, "compressed data refer back"),
+        ("a.pcd", VALID["compressed.pcd"][:-20] + b"\xff" * 20, "data refer back"),
         # LAS
         ("a.las", VALID_LAS["cloud.las"][:-1], "4 points .80 bytes. but the file holds 79"),
         ("a.las", VALID_LAS["cloud.las"][:100], "ends inside its header"),

@@ -1,9 +1,10 @@
-//! Work that can be called off.
+//! Cancels long work, such as on Ctrl-C.
 //!
 //! The flag belongs to the thread that works; the threads of `parallel` inherit it. A long loop
-//! calls [`poll`] now and then, at least every tenth of a second; once the flag is set, that
-//! unwinds to [`unless_called_off`], without the message of a panic. So no signature hands the
-//! flag on, and what a loop holds is freed. rust-analyzer calls its queries off the same way.
+//! calls [`poll`] at least every tenth of a second. Once the flag is set, `poll` unwinds to
+//! [`unless_called_off`] without printing a panic's message. So no function has the flag among its
+//! parameters, and memory held by a loop is freed. rust-analyzer cancels its queries in the same
+//! way.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -13,21 +14,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{Error, Result};
 
-/// Set by whoever calls the work off.
+/// The flag that the caller sets to cancel the work.
 pub type Flag = Arc<AtomicBool>;
 
-/// What unwinds.
+/// The payload of the unwinding.
 struct CalledOff;
 
 thread_local! {
     static FLAG: RefCell<Option<Flag>> = const { RefCell::new(None) };
 }
 
-/// Does `work`, which ends soon after `flag` is set.
+/// Runs `work`, which ends soon after `flag` is set.
 ///
 /// # Errors
 ///
-/// [`Error::Interrupted`] where the work was called off before it was done.
+/// [`Error::Interrupted`] if the work was cancelled before it was done.
 pub fn unless_called_off<T>(flag: &Flag, work: impl FnOnce() -> T) -> Result<T> {
     let caught = catch_unwind(AssertUnwindSafe(|| under(Some(Arc::clone(flag)), work)));
     caught.map_err(|payload| {
@@ -36,7 +37,7 @@ pub fn unless_called_off<T>(flag: &Flag, work: impl FnOnce() -> T) -> Result<T> 
     })
 }
 
-/// Unwinds where the work of this thread was called off.
+/// Unwinds if this thread's work was cancelled.
 #[inline]
 pub fn poll() {
     if FLAG.with_borrow(|flag| flag.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))) {
@@ -44,12 +45,12 @@ pub fn poll() {
     }
 }
 
-/// Items between two looks at the flag.
+/// Items between two checks of the flag. Decides no answer.
 const EVERY: usize = 256;
 
 /// Iterators of long loops.
 pub(crate) trait Polled: Iterator + Sized {
-    /// The same items; on the way, the flag is looked at.
+    /// The same items; the flag is checked on the way.
     fn polled(self) -> impl Iterator<Item = Self::Item> {
         let mut left = 0;
         self.inspect(move |_| {
@@ -69,14 +70,14 @@ pub(crate) fn flag() -> Option<Flag> {
     FLAG.with_borrow(Clone::clone)
 }
 
-/// Does a part of the work under `flag` on another thread; leaves early where it is called off.
+/// Runs a part of the work under `flag` on another thread; returns early if it is cancelled.
 pub(crate) fn part(flag: Option<Flag>, work: impl FnOnce()) {
     if let Err(payload) = catch_unwind(AssertUnwindSafe(|| under(flag, work))) {
         panic_again(payload);
     }
 }
 
-/// Goes on with any panic but the one that calls off.
+/// Resumes any panic except a cancellation.
 fn panic_again(payload: Box<dyn Any + Send>) {
     if !payload.is::<CalledOff>() {
         resume_unwind(payload);

@@ -1,11 +1,11 @@
-//! A point cloud near a local origin.
+//! A point cloud near a local origin, and the bounding boxes of points; coordinates in m.
 
 use std::ops::Range;
 
 use crate::parallel::{map_chunks, share, split_by};
 use crate::{Places, Point, thread_count};
 
-/// Rows that a thread takes at a time.
+/// Rows for a thread at a time. Decides no answer.
 const CHUNK: usize = 32_768;
 
 /// An axis-aligned box.
@@ -18,7 +18,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The box around `points`; `None` where there are none.
+    /// The bounding box of `points`; `None` without points.
     #[must_use]
     pub fn of(points: impl IntoIterator<Item = Point>) -> Option<Self> {
         let mut points = points.into_iter();
@@ -27,7 +27,7 @@ impl Bounds {
         Some(Self { min, max })
     }
 
-    /// The box around all points, which several threads look at.
+    /// The bounding box of all points, on several threads.
     pub(crate) fn of_all<'a>(points: impl Into<Places<'a>>, threads: usize) -> Option<Self> {
         let points = points.into();
         let part = |range| Self::of(points.within(range));
@@ -35,12 +35,12 @@ impl Bounds {
         Self::of(parts.into_iter().flatten().flat_map(|b| [b.min, b.max]))
     }
 
-    /// The box around all points; `None` where there are none, or one is not finite.
+    /// The bounding box of all points; `None` without points, or if one is not finite.
     #[must_use]
     pub fn of_finite(points: &[Point], threads: usize) -> Option<Self> {
         let parts = map_chunks(points.len(), CHUNK, thread_count(threads), |range| {
             let points = &points[range];
-            // Without a way out of the loop, several numbers are looked at together.
+            // Without an early exit the loop is vectorised.
             let finite = points.as_flattened().iter().fold(true, |all, v| all & v.is_finite());
             finite.then(|| Self::of(points.iter().copied())).flatten()
         });
@@ -48,7 +48,7 @@ impl Bounds {
         Self::of(parts.into_iter().flat_map(|b| [b.min, b.max]))
     }
 
-    /// The box's edges.
+    /// The lengths of the box's edges.
     #[must_use]
     pub fn extent(&self) -> Point {
         std::array::from_fn(|k| self.max[k] - self.min[k])
@@ -61,11 +61,11 @@ impl Bounds {
     }
 }
 
-/// The lowest and the highest coordinates among some and those of points. Whatever is compared with
-/// NaN is false: known numbers win.
+/// The lowest and highest coordinates of `low`, `high` and the points. Comparisons with NaN are
+/// false, so NaN is ignored.
 #[inline]
 fn ends(points: impl Iterator<Item = Point>, low: Point, high: Point) -> (Point, Point) {
-    // Plain comparisons: `f64::min` cares for NaN, at several times the cost.
+    // Plain comparisons: `f64::min` handles NaN at several times the cost.
     points.fold((low, high), |(low, high), p| {
         let lower = |k: usize| if p[k] < low[k] { p[k] } else { low[k] };
         let higher = |k: usize| if p[k] > high[k] { p[k] } else { high[k] };
@@ -73,28 +73,28 @@ fn ends(points: impl Iterator<Item = Point>, low: Point, high: Point) -> (Point,
     })
 }
 
-/// Finite points, relative to the lowest corner of their bounding box.
+/// The finite points of a scan, relative to the lowest corner of their bounding box.
 ///
-/// Coordinates of 5,000,000 m leave half a micrometre to an `f32` and squares nothing to an
-/// `f64`; relative to a corner of the cloud both are harmless.
+/// At 5,000,000 m (UTM) the resolution of an `f32` is 0.5 m, and that of a square in `f64` 0.004
+/// m². Relative to a corner of the cloud both are fine enough.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cloud {
-    /// What was subtracted from every point.
+    /// The offset that was subtracted from every point, in m.
     pub origin: Point,
-    /// The edges of the box around `points`.
+    /// The edges of the bounding box of `points`, in m.
     pub extent_m: Point,
     /// The finite points, in the order given.
     pub points: Vec<Point>,
-    /// For each of `points` its row in the input; `None` where every row was finite.
+    /// The input row of each of `points`; `None` if every row was finite.
     pub rows: Option<Vec<u32>>,
 }
 
 impl Cloud {
-    /// Takes the finite ones of `count` rows and moves them near the origin.
+    /// Takes the finite rows among `count` and moves them near the origin.
     ///
-    /// The origin is the lowest corner of the bounding box: it does not depend on the order of
-    /// the points, moves with them, and leaves coordinates exact that are exact in binary.
-    /// `threads` = 0 takes every core that the process may use; each row is read twice.
+    /// The origin is the lowest corner of the bounding box. It does not depend on the order of the
+    /// points, moves with them, and keeps coordinates exact that are exact in binary. `threads` = 0
+    /// takes every core that the process may use; each row is read twice.
     ///
     /// # Examples
     ///
@@ -132,8 +132,8 @@ impl Cloud {
         }
     }
 
-    /// Takes the usable ones of `count` rows: neither non-finite nor (0, 0, 0), as depth cameras
-    /// mark a pixel without a depth.
+    /// Takes the usable rows among `count`. Rows that are not finite, or (0, 0, 0), a depth
+    /// camera's mark for a pixel without depth, are counted and dropped.
     #[must_use]
     pub fn seen(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Seen {
         let blank = |p: Point| if p == [0.0; 3] { [f64::NAN; 3] } else { p };
@@ -148,7 +148,7 @@ impl Cloud {
         Seen { nonfinite: count - zero - cloud.points.len(), zero, cloud }
     }
 
-    /// Spreads one value a point over the rows of the input; rows left out get `missing`.
+    /// Spreads one value for each point over the input's rows; dropped rows get `missing`.
     #[must_use]
     pub fn spread<T: Copy>(&self, values: Vec<T>, missing: T, count: usize) -> Vec<T> {
         let Some(rows) = &self.rows else { return values };
@@ -158,8 +158,8 @@ impl Cloud {
     }
 }
 
-/// The lowest and the highest coordinates of some rows, and how many share the lowest and the highest
-/// z. What is NaN does not count; where all is, so is the outermost.
+/// The lowest and highest coordinates of some rows, and how many rows share the lowest and highest
+/// z. NaN is ignored; if all values are NaN, so is the result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outermost {
     /// Lowest coordinates.
@@ -176,7 +176,7 @@ impl Outermost {
     const NOTHING: Self =
         Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], lowest: 0, highest: 0 };
 
-    /// Those of `count` rows; `threads` = 0 takes every core that the process may use.
+    /// Looks at `count` rows; `threads` = 0 takes every core that the process may use.
     #[must_use]
     pub fn of(count: usize, threads: usize, row: impl Fn(usize) -> Point + Sync) -> Self {
         let parts = map_chunks(count, CHUNK, thread_count(threads), |range| {
@@ -211,13 +211,13 @@ impl Outermost {
     }
 }
 
-/// Rows that one thread reads, and how many of them it keeps.
+/// Rows read by one thread, and how many of them it keeps.
 struct Part {
     range: Range<usize>,
     kept: usize,
 }
 
-/// What `take` keeps of each part, one after the other.
+/// The items that `take` keeps of each part, in order.
 fn gather<T: Copy + Default + Send, I: Iterator<Item = T>>(
     parts: &[Part],
     threads: usize,
@@ -235,7 +235,7 @@ fn centred(p: Point, origin: Point) -> Point {
     std::array::from_fn(|k| p[k] - origin[k])
 }
 
-/// What a sensor saw, and what it did not.
+/// The usable points of a scan, and how many rows were dropped.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
     /// The usable points.

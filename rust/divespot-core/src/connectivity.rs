@@ -1,24 +1,24 @@
-//! Which of a grid's cells are connected.
+//! Connected components of a grid's cells, and flood fills.
 
 use crate::cancel::{Polled, poll};
 use crate::heightmap::Grid;
 
-/// The cell belongs to no object and is near none.
+/// The label of cells that belong to no object.
 pub(crate) const NOBODY: i32 = -1;
 
 pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
-/// One direction of each pair of opposite ones.
+/// One of each pair of opposite directions.
 pub(crate) const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
 pub(crate) const EIGHT: [(isize, isize); 8] =
     [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
-/// The connected cells among those that are `left`, by their first cell; `ways` lead from a cell to
-/// its neighbours.
+/// The connected components of the cells that are `left`, sorted by their first cell; `ways` lead
+/// from a cell to its neighbours.
 pub(crate) fn components(grid: &Grid, left: Vec<bool>, ways: &[(isize, isize)]) -> Vec<Vec<usize>> {
     components_joined(grid, left, ways, |_, _| true)
 }
 
-/// The same, where a cell and its neighbour are connected only if they are `joined`.
+/// The same, where two neighbours are connected only if `joined` holds for them.
 pub(crate) fn components_joined(
     grid: &Grid,
     mut left: Vec<bool>,
@@ -46,13 +46,13 @@ pub(crate) fn components_joined(
     all
 }
 
-/// The cells that can be reached from the grid's border through `passable` cells.
+/// The cells reachable from the grid's border through `passable` cells.
 pub(crate) fn flood(grid: &Grid, passable: impl Fn(usize) -> bool) -> Vec<bool> {
     let border = (0..grid.len()).filter(|&c| grid.is_border(c) && passable(c)).collect();
     spread(grid, border, passable)
 }
 
-/// The cells that can be reached from `seeds` through `passable` cells, `seeds` included.
+/// The cells reachable from `seeds` through `passable` cells, including `seeds`.
 pub(crate) fn spread(
     grid: &Grid,
     seeds: Vec<usize>,

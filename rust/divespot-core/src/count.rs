@@ -1,6 +1,6 @@
-//! Counts, to reckon with.
+//! Counts as floating-point numbers.
 
-/// A count of points or cells, all far below 2⁵³.
+/// A count of points or cells as `f64`; exact, since all are far below 2⁵³.
 #[allow(clippy::cast_precision_loss)]
 pub(crate) fn to_f64(n: usize) -> f64 {
     n as f64

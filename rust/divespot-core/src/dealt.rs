@@ -1,6 +1,6 @@
-//! Points dealt to vertical columns, as squares in plan hold them.
+//! Points sorted into vertical columns over squares in plan.
 //!
-//! Only columns that hold points exist, so a far stray point costs nothing.
+//! Only columns with points exist, so a distant outlier costs nothing.
 
 use std::ops::Range;
 
@@ -9,18 +9,19 @@ use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::fill_chunks;
 use crate::{Bounds, Point};
 
-/// Points that a thread takes at a time.
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 4096;
-/// Columns along an axis, at most: a product of two such numbers is a key.
+/// Most columns along an axis: the product of two such numbers fits in a key.
 const MOST_COLUMNS: f64 = 1_073_741_824.0;
-/// Where there are at most so many columns a point, empty ones included, they are counted; else the
-/// points are sorted.
+/// Up to this many columns for each point, empty ones included, a counting sort is used; beyond, a
+/// sort by key. Decides no answer.
 const DENSE: u64 = 2;
-/// Blocks for each thread, and points of a block at least: its surroundings are looked at too.
+/// Blocks for each thread, and fewest points of a block, since the columns around it are read too.
+/// Decides no answer.
 const BLOCKS: usize = 4;
 const FEWEST: usize = 4096;
 
-/// The place of the points that share a column.
+/// The points that share a column.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Column {
     pub(crate) key: u64,
@@ -34,7 +35,7 @@ impl Column {
     }
 }
 
-/// Some rows of columns, and with them those on either side.
+/// Some rows of columns, with the rows on either side.
 pub(crate) struct Block {
     pub(crate) own: Range<usize>,
     pub(crate) around: Range<usize>,
@@ -44,12 +45,12 @@ pub(crate) struct Block {
 pub(crate) struct Dealt {
     rows: Vec<u32>,
     columns: Vec<Column>,
-    /// From the key of a column to that of the next one across.
+    /// Difference of the keys of two columns next to each other across rows.
     pub(crate) row_step: u64,
 }
 
 impl Dealt {
-    /// Deals points to columns at least `side_m` wide.
+    /// Sorts points into columns at least `side_m` wide.
     pub(crate) fn new(points: &[Point], side_m: f64, threads: usize) -> Self {
         let keys = Keys::over(points, side_m, threads);
         let (rows, columns) = match keys.most() {
@@ -80,7 +81,7 @@ impl Dealt {
         blocks
     }
 
-    /// The rows of points in some columns, and these columns with their places there.
+    /// The rows of points in some columns, and these columns with their ranges there.
     pub(crate) fn within(&self, range: &Range<usize>) -> (&[u32], Vec<Column>) {
         let columns = &self.columns[range.clone()];
         let (Some(first), Some(last)) = (columns.first(), columns.last()) else {
@@ -103,10 +104,10 @@ impl Dealt {
     }
 }
 
-/// The key of each point's column; those of a row follow each other.
+/// The key of each point's column; keys along a row are consecutive.
 ///
-/// An empty column stands at both ends of a row, and an empty row before the first, so that rows do
-/// not touch. Rows run across the longer axis: there are many of them.
+/// There is an empty column at both ends of a row and an empty row before the first, so that rows
+/// do not touch. Rows run across the longer axis, which makes them numerous.
 struct Keys {
     low: Point,
     side_m: f64,
@@ -133,7 +134,7 @@ impl Keys {
         cell(self.across) * self.row_step + cell(self.along)
     }
 
-    /// More than the highest key; `None` where that is no number.
+    /// One more than the highest key; `None` if it does not fit in 64 bits.
     fn most(&self) -> Option<u64> {
         self.row_step.checked_mul(self.rows)
     }

@@ -1,4 +1,4 @@
-//! What can be wrong with an input, each in one sentence: what was given, what is needed.
+//! The errors of the kernels, each one sentence: what was given, and what is needed.
 
 /// The result of a kernel.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -10,7 +10,7 @@ pub enum Error {
     /// A setting outside its range.
     #[error("{name} is {given}: {needed} is needed")]
     Setting {
-        /// The setting's name as the caller knows it.
+        /// The setting's name, as the caller knows it.
         name: &'static str,
         /// The value that was given.
         given: f64,
@@ -20,25 +20,25 @@ pub enum Error {
     /// Fewer usable points than the kernel needs.
     #[error("{given} usable points were given: {what} needs at least {needed}")]
     TooFewPoints {
-        /// The task.
+        /// What the points are needed for.
         what: &'static str,
-        /// Usable points given.
+        /// Number of usable points given.
         given: usize,
-        /// Points needed.
+        /// Number of points needed.
         needed: usize,
     },
-    /// Points from which the wanted shape does not follow.
+    /// Points or arrays from which the result cannot be computed.
     #[error("{0}")]
     Degenerate(&'static str),
-    /// An outline inside of which nothing can be measured.
+    /// An outline inside which nothing can be measured.
     #[error("outline {number} {problem}")]
     Outline {
-        /// Its place among all, from 1.
+        /// Its number among all, from 1.
         number: usize,
-        /// What it does and what is needed.
+        /// What is wrong with it, and what is needed.
         problem: &'static str,
     },
-    /// A grid with more cells than fit.
+    /// A grid with too many cells.
     #[error(
         "the points would spread over a grid of {cells:.1e} cells: a larger {name}, or a crop to where most points lie, is needed"
     )]
@@ -48,28 +48,28 @@ pub enum Error {
         /// The number of cells that the setting leads to.
         cells: f64,
     },
-    /// Compressed data that are none, or not all of them.
-    #[error("the compressed data {0}: they are corrupt")]
+    /// Encoded data that are damaged or incomplete.
+    #[error("the data {0}: intact data are needed")]
     Corrupt(&'static str),
-    /// There is no memory for what a kernel holds at once.
+    /// Not enough memory for a kernel's working set.
     #[error("there is no memory for {0}")]
     Memory(String),
-    /// The caller asked to stop.
+    /// The caller cancelled the work.
     #[error("interrupted")]
     Interrupted,
 }
 
-/// Asks for memory that will be needed, so that its lack is an error: an allocation that fails ends
-/// the process.
+/// Checks that `bytes` of memory can be allocated, so that a lack of memory is an error. A failed
+/// allocation would end the process.
 ///
 /// # Errors
 ///
-/// [`Error::Memory`] where there is none for `bytes` more.
+/// [`Error::Memory`] if they cannot.
 pub fn memory_for(bytes: usize, what: impl FnOnce() -> String) -> Result<()> {
     Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| Error::Memory(what()))
 }
 
-/// Passes a finite value above zero; names the setting otherwise.
+/// Returns a finite value above zero; any other is an error that names the setting.
 pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);

@@ -1,16 +1,17 @@
-//! How far a scan reaches, and which of its cells are evidence of a surface.
+//! Which cells lie inside the scan (convex hull of the seen cells), and which seen cells are
+//! isolated.
 
 use crate::cancel::Polled;
 use crate::heightmap::Grid;
 use crate::pose::convex_hull;
 
-/// A seen cell with less than this share of the typical number of seen cells around it, within
-/// [`NEAR`] cells, is a stray: it is no evidence of the surface there. The corner of what was seen
-/// has over a third.
+/// A seen cell is isolated, and no evidence of the surface, if the number of seen cells within
+/// [`NEAR`] cells of it is below this share of the typical number. At a corner of the scan the
+/// share is over a third. Chosen below that.
 const LONE: f64 = 0.25;
 pub(crate) const NEAR: usize = 2;
 
-/// Cells that lie outside the convex hull of the seen cells: beyond the scan, not in a shadow.
+/// Cells outside the convex hull of the seen cells: beyond the scan, not in an occlusion shadow.
 pub(crate) fn beyond(grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
     let mut ends = Vec::new();
     for (row, heights) in heights_m.chunks(grid.columns.max(1)).enumerate() {
@@ -29,7 +30,7 @@ pub(crate) fn beyond(grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
     (0..grid.len()).polled().map(outside).collect()
 }
 
-/// Where a row enters and leaves a convex polygon.
+/// The columns at which a row enters and leaves a convex polygon.
 fn span(hull: &[[f64; 2]], row: f64) -> [f64; 2] {
     let mut span = [f64::INFINITY, f64::NEG_INFINITY];
     for (a, b) in hull.iter().zip(hull.iter().cycle().skip(1)) {
@@ -44,7 +45,7 @@ fn span(hull: &[[f64; 2]], row: f64) -> [f64; 2] {
     span
 }
 
-/// The heights without those of cells that are nearly alone.
+/// The heights without those of nearly isolated cells.
 pub(crate) fn without_lone(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
     let company = company(grid, heights_m);
     let seen = (0..grid.len()).filter(|&cell| !heights_m[cell].is_nan());
@@ -54,7 +55,7 @@ pub(crate) fn without_lone(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
     heights_m.iter().enumerate().map(kept).collect()
 }
 
-/// Seen cells in the square around each cell, itself included.
+/// Number of seen cells in the square around each cell, including the cell itself.
 fn company(grid: &Grid, heights_m: &[f64]) -> Vec<u32> {
     let (columns, rows) = (grid.columns, grid.rows);
     let in_row = |cell: usize| {

@@ -1,19 +1,24 @@
-//! A smooth surface across what the ground around an object says of the ground below it.
+//! Harmonic interpolation of heights on a grid, in m: across gaps, and smoothed through noisy
+//! cells.
+//!
+//! Method: the discrete Laplace equation, solved by successive over-relaxation.
 
 use crate::cancel::{Polled, poll};
 
-/// Nodes along the longer side; a floor that wavers within a pile's width is no floor.
+/// Nodes along the longer side. Chosen: finer undulations, within a pile's width, are not a
+/// floor's.
 const NODES: usize = 48;
-/// What one cell of ground weighs against the stretching of the film to one neighbouring node.
+/// Weight of one cell of ground relative to one neighbouring node. Chosen: it sets the smoothing.
 const PULL: f64 = 0.2;
-/// Over-relaxation factor, near the best for this number of nodes.
+/// Over-relaxation factor, near the optimum for this number of nodes (speed of convergence).
 const RELAXATION: f64 = 1.85;
-/// Sweeps at most, and the change a sweep, in parts of the largest height, that ends them.
+/// Most sweeps, and the change in a sweep, as a share of the largest height, that ends them.
+/// Chosen.
 const SWEEPS: usize = 1000;
 const SETTLED: f64 = 1e-5;
 
-/// A film stretched between heights that it need not quite meet: it averages their noise, follows
-/// their waves, and crosses gaps as a soap film would.
+/// A smooth surface through heights that it need not meet exactly: it averages their noise, follows
+/// their undulations and crosses gaps harmonically.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Film {
     origin_m: [f64; 2],
@@ -22,7 +27,7 @@ pub(crate) struct Film {
     heights_m: Vec<f64>,
 }
 
-/// A node that moves, and what pulls at it beside its neighbours.
+/// A free node, with the weight and weighted sum of its data.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Node {
     at: usize,
@@ -31,18 +36,18 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// A node that only its neighbours pull at.
+    /// A node without data of its own.
     pub(crate) fn free(at: usize) -> Self {
         Self { at, weight: 0.0, sum: 0.0 }
     }
 }
 
-/// Moves `nodes` of a grid until each lies in balance between its neighbours and what pulls at
-/// it; the others stay, and those of no height (NaN) pull at nothing. `largest_m` is the scale
-/// of the heights.
+/// Solves for the `nodes` of a grid: each becomes the weighted mean of its neighbours and its data.
+/// All other nodes are fixed; those without a height (NaN) have no weight. `largest_m` is the scale
+/// of the heights, in m.
 ///
-/// Nodes move by diagonals: as far as they go, that is the same as row by row, but the nodes of a
-/// diagonal do not wait for each other.
+/// Nodes are updated by diagonals. The result is the same as row by row, but the nodes of a
+/// diagonal do not depend on each other, which is faster.
 pub(crate) fn relax(heights_m: &mut [f64], columns: usize, nodes: &[Node], largest_m: f64) {
     let mut field = Field::around(heights_m, columns);
     let mut nodes: Vec<Pulled> = nodes.iter().filter_map(|node| field.pulled(node)).collect();
@@ -56,21 +61,21 @@ pub(crate) fn relax(heights_m: &mut [f64], columns: usize, nodes: &[Node], large
     nodes.iter().for_each(|node| heights_m[node.at] = field.heights_m[node.framed]);
 }
 
-/// Heights with a frame around them, so that every node has four neighbours.
+/// Heights with a border around them, so that every node has four neighbours.
 struct Field {
     columns: usize,
-    /// Columns of the frame and the heights.
+    /// Number of columns including the border.
     width: usize,
-    /// Nought in the frame and where no height is known: that adds nothing.
+    /// 0 in the border and where no height is known, so that it adds nothing.
     heights_m: Vec<f64>,
-    /// One where a height is known, nought elsewhere.
+    /// 1 where a height is known, 0 elsewhere.
     known: Vec<f64>,
 }
 
-/// A node that something pulls at, its neighbours counted.
+/// A free node with the weight of its neighbours and data.
 struct Pulled {
     at: usize,
-    /// Its place in the framed field.
+    /// Its index in the bordered field.
     framed: usize,
     diagonal: usize,
     sum: f64,
@@ -93,7 +98,7 @@ impl Field {
         (at / self.columns + 1) * self.width + at % self.columns + 1
     }
 
-    /// The sum of the neighbours' values.
+    /// The sum of the four neighbours' values.
     fn four(&self, values: &[f64], at: usize) -> f64 {
         values[at - 1] + values[at + 1] + values[at - self.width] + values[at + self.width]
     }
@@ -105,7 +110,7 @@ impl Field {
         (weight > 0.0).then_some(Pulled { at: node.at, framed, diagonal, sum: node.sum, weight })
     }
 
-    /// Moves every node towards its balance; the largest move.
+    /// Updates every node once; returns the largest change in m.
     fn sweep(&mut self, nodes: &[Pulled]) -> f64 {
         let mut largest = 0.0_f64;
         for node in nodes {
@@ -119,7 +124,8 @@ impl Field {
 }
 
 impl Film {
-    /// The film over `size_m` from `origin_m`, through `ring` (x, y, height) of cells of `cell_m`.
+    /// The surface over `size_m` from `origin_m`, through the cells `ring` (x, y, height) of width
+    /// `cell_m`.
     pub(crate) fn stretched(
         origin_m: [f64; 2],
         size_m: [f64; 2],
@@ -136,7 +142,7 @@ impl Film {
         film
     }
 
-    /// A film of a height at every place of a square.
+    /// The surface that samples `height` over a square.
     pub(crate) fn sampled(
         origin_m: [f64; 2],
         side_m: f64,
@@ -148,13 +154,13 @@ impl Film {
         Self { origin_m, step_m, columns, heights_m: (0..columns * columns).map(node).collect() }
     }
 
-    /// The film moved in plan.
+    /// The surface, shifted in plan.
     pub(crate) fn moved(mut self, by_m: [f64; 2]) -> Self {
         self.origin_m.iter_mut().zip(by_m).for_each(|(origin, by)| *origin += by);
         self
     }
 
-    /// Every cell pulls at its nearest node.
+    /// Adds every cell to the data of its nearest node.
     fn gather(&self, ring: &[[f64; 3]]) -> Vec<Node> {
         let mut data: Vec<Node> = (0..self.heights_m.len()).map(Node::free).collect();
         for p in ring.iter().polled() {
@@ -166,7 +172,7 @@ impl Film {
         data
     }
 
-    /// The film's height, between its nodes in proportion.
+    /// Height of the surface at a place in m, bilinear between nodes.
     pub(crate) fn at(&self, p: [f64; 2]) -> f64 {
         let (x, y) = self.place(p);
         let row = self.columns;
@@ -181,7 +187,7 @@ impl Film {
         low * (1.0 - above) + high * above
     }
 
-    /// A position in steps from the first node, within the film.
+    /// A place in steps from the first node, clamped to the surface.
     fn place(&self, p: [f64; 2]) -> (f64, f64) {
         let rows = self.heights_m.len() / self.columns;
         let along = |k: usize, nodes: usize| {

@@ -1,10 +1,10 @@
-//! Sums that do not depend on their order: coordinates as whole multiples of a power of two.
+//! Fixed-point coordinates: sums of integers do not depend on their order.
 
-/// A scale that turns lengths into integers and back.
+/// A scale that turns lengths in m into integers and back.
 ///
-/// The quantum is a power of two, so numbers that are exact in binary stay exact. It is chosen
-/// so that `count` values of up to `largest` add up within an `i64`; for a scan of 100 m and a
-/// million points it is 10⁻¹⁰ m.
+/// The quantum is a power of two, so that numbers that are exact in binary stay exact. It is chosen
+/// so that `count` values of up to `largest` add up within an `i64`: 10⁻¹⁰ m for a scan of 100 m
+/// and a million points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fixed {
     per_metre: f64,
@@ -17,10 +17,10 @@ impl Fixed {
         Self { per_metre: bits.min(1000.0).exp2() }
     }
 
-    /// The value's nearest whole multiple of the quantum, ties to even.
+    /// The nearest multiple of the quantum, ties to even.
     ///
-    /// Up to 2⁵¹, a sum with 1.5 × 2⁵² has no bits for a fraction: the addition rounds, and the
-    /// last bits are the whole number. Without SSE 4.1, `round_ties_even` is a call.
+    /// Adding 1.5 × 2⁵² to a value of up to 2⁵¹ rounds it, and leaves the integer in the last bits.
+    /// Without SSE 4.1, `round_ties_even` would be a slow call.
     #[allow(clippy::cast_possible_truncation)] // the scale keeps every value within an i64
     #[inline]
     pub(crate) fn encode(self, value: f64) -> i64 {
@@ -32,12 +32,12 @@ impl Fixed {
         scaled.round_ties_even() as i64
     }
 
-    /// The mean of `count` values that add up to `sum`, which gives no more than its 53 bits.
+    /// The mean of `count` values with this `sum`, rounded to 53 bits.
     pub(crate) fn mean(self, sum: f64, count: u32) -> f64 {
         sum / f64::from(count) / self.per_metre
     }
 
-    /// A product of two encoded lengths, in square metres.
+    /// A product of two encoded lengths, in m².
     pub(crate) fn square(self, product: f64) -> f64 {
         product / self.per_metre / self.per_metre
     }

@@ -1,9 +1,10 @@
-//! Which plane is the ground, and which side of it is up.
+//! Finds the ground's plane, and which side of it is up.
 //!
-//! The paper takes the plane with the most points. That may be a wall. Seen from the ground there
-//! is (nearly) nothing below; what stands on it is upright or level; and poured material lies on it
-//! as nothing else does: at its angle of repose, to all sides, wide at the foot. Seen from a wall,
-//! a pile's surface does none of this, whichever way the scan lies.
+//! The paper takes the plane with the most points, which may be a wall. Here several planes
+//! (RANSAC) are scored by how much of the scan each explains as the ground: below the ground there
+//! is (almost) nothing; things on it are upright or level; poured material lies on it at its angle
+//! of repose, facing all sides, wide at the foot. Seen from a wall, a pile's surface has none of
+//! these properties.
 
 use std::cmp::Ordering;
 
@@ -16,81 +17,87 @@ use crate::pose::{hull_area, rotate, rotation_to_z};
 use crate::survey::Normal;
 use crate::{Error, Places, Point};
 
-/// Planes that are looked at; a room shows five.
+/// Most planes that are compared; a room has five. Chosen.
 const CANDIDATES: usize = 6;
-/// Candidates are searched and compared on this many points.
+/// Points on which planes are searched and compared: shares are known to about 1 %. Chosen.
 const COMPARED: usize = 2000;
-/// The smallest share of the points that a candidate may rest on.
+/// Smallest share of the points on a candidate plane. Chosen.
 const LEAST_SHARE: f64 = 0.02;
-/// A point counts as below when it is this many thresholds off the plane.
+/// A point is below a plane if it is this many thresholds off it. Chosen.
 const CLEAR: f64 = 2.0;
-/// A point below counts where it lies deeper than a fold or a slope of the ground takes it, for
-/// its distance from the middle of the plane's points: an angle of 6°.
+/// A point is below the ground only if it is deeper than a fold or slope of the ground would take
+/// it, for its distance from the middle of the plane's points; rise over run, 6°. Chosen.
 const GENTLE: f64 = 0.1;
-/// Slopes between these angles to the ground are taken for bulk material (repose 20° to 45°);
-/// what is flatter counts as level, and what is as near to the vertical as upright.
+/// Angles to the ground between which a slope is taken for bulk material, in radians: 15° to 50°
+/// (angles of repose of 20° to 45°). A flatter surface counts as level, and one within 15° of the
+/// vertical as upright.
 const SLOPES_RAD: (f64, f64) = (0.26, 0.87);
-/// A plane on which this share of the surface lies as poured is half proven to be the ground.
+/// Share of the surface that lies on a plane as poured, with which the plane is half proven to be
+/// the ground. Chosen on the scenes of `divespot evaluate`.
 const HALF_PROVEN: f64 = 0.01;
-/// Of few places so many: the normals of single ones among sparse points may be anything.
+/// Least number of such places, since the normals of single sparse points are unreliable. Chosen.
 const FEWEST_PROVING: f64 = 10.0;
-/// What upright and level surfaces above the plane, and what points below weigh, against a point
-/// on it. The whole proof by poured material weighs as much as all points together.
+/// Weights of upright and level surfaces above the plane, and of points below it, relative to a
+/// point on it. Complete evidence of poured material has a weight of 1, as much as all points.
+/// Chosen on the scenes of `divespot evaluate`.
 const SQUARE: f64 = 0.5;
 const BELOW: f64 = 2.0;
-/// Where nothing else decides, z is up.
+/// Weight of z being up, which decides only between equals. Chosen.
 const UPRIGHT: f64 = 0.02;
-/// The share of the poured slopes that stays below their height; the rest may be flying pixels.
+/// Quantile of the heights of poured slopes that is their top; higher ones may be flying pixels.
+/// Chosen.
 const TOP: f64 = 0.95;
 
-/// A floor that is level within this angle of z, 0.5°, says that z is up: instruments that are
-/// levelled at all are levelled so well, and floors fall by less than 1 in 100. Chance lays one of
-/// 26,000 frames so.
+/// A floor whose normal is within this angle (radians, 0.5°) of z shows that z is up: instruments
+/// that are levelled at all are levelled so well, and floors fall by less than 1 in 100. A random
+/// frame passes by chance in 1 of 26,000 cases (closed form: 1 - cos 0.5°).
 const LEVEL_RAD: f64 = 0.009;
-/// A floor that is level within this angle, 2°, is the ground, and not a wall; yards fall by at most
-/// 1 in 40 (1.4°), so that water drains. Whether z is up or down, the scan decides.
+/// A floor whose normal is within this angle (radians, 2°) of z is the ground and no wall: yards
+/// fall by at most 1 in 40 (1.4°) for drainage. Whether z is up or down is then decided by the
+/// scan.
 const NEARLY_LEVEL_RAD: f64 = 0.035;
 
-/// What says which way is up.
+/// The evidence for which way is up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Up {
-    /// The cone of directions that was given.
+    /// A given cone of directions.
     Given,
-    /// The sensor, which cannot see a floor from below.
+    /// The sensor's position: no sensor sees a floor from below.
     Sensor,
-    /// A floor that is (all but) level in the scan's own frame, whose z is up.
+    /// A floor that is (almost) level in the scan's own frame, whose z is up.
     SmallTilt,
-    /// The scan, which lies on one side of the ground.
+    /// The scan lies on one side of the ground.
     NothingBelow,
 }
 
-/// The ground, and why it is that way up.
+/// The ground's plane and the evidence for which way is up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ground {
-    /// The plane; its normal is up.
+    /// The plane; its normal points up.
     pub plane: Plane,
-    /// What says so.
+    /// The evidence.
     pub up: Up,
-    /// Whether the scan lies as if the other side of that plane were up.
+    /// Whether the scan lies as if the other side of the plane were up.
     pub doubted: bool,
 }
 
 /// What the scan's z axis may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// Up, if a floor lies level in it.
+    /// Up, if a floor is level in it.
     Up,
-    /// Ahead of a camera at the origin: a wall may lie across it, a floor face the other way.
+    /// Forward for a camera at the origin: a wall may be perpendicular to it, a floor face either
+    /// way.
     Ahead,
-    /// Up for a sensor at the origin above the scan, or backward for a camera: up if the ground
-    /// lies nearly level in it.
+    /// Up for a sensor at the origin above the scan, or backward for a camera; up if the ground is
+    /// nearly level in it.
     Behind,
 }
 
 /// What is known of the scan's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
-    /// Where the sensor stood.
+    /// The sensor's position, in m.
     pub sensor: Option<Point>,
     /// What z may be.
     pub z: Axis,
@@ -98,10 +105,9 @@ pub struct Frame {
 
 /// Finds the ground and orients its normal upwards.
 ///
-/// `settings.cone`, where given, says where up is, more or less; otherwise the sensor's side of a
-/// plane is, where its place is known. Where it is not, z is up if a floor lies level in it, and
-/// else the side of the plane on which the scan lies. `normals` are surface normals at some of the
-/// points.
+/// The first evidence that exists decides: `settings.cone`, a cone of directions around up; the
+/// side of the plane on which the sensor is; z, if a floor is level in it; the side of the plane on
+/// which the scan lies. `normals` are surface normals at some of the points.
 ///
 /// # Errors
 ///
@@ -146,12 +152,12 @@ pub fn find_ground<'a>(
     Ok(Ground { plane, up, doubted })
 }
 
-/// The plane seen from its other side.
+/// The plane with its normal reversed.
 fn turned(plane: Plane) -> Plane {
     Plane { normal: plane.normal.map(|v| -v), offset_m: -plane.offset_m, ..plane }
 }
 
-/// What planes are compared on.
+/// The data on which planes are compared.
 struct Scene<'a> {
     drawn: &'a [Point],
     normals: &'a [Normal],
@@ -160,7 +166,7 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The ground where nobody says which way is up.
+    /// The ground, where no direction of up was given.
     fn unaided(&self) -> Result<(Plane, Up)> {
         let (plane, otherwise) = match self.level() {
             Some(found) => found,
@@ -173,7 +179,7 @@ impl Scene<'_> {
         Ok((plane, if sensor_above { Up::Sensor } else { otherwise }))
     }
 
-    /// The floor that lies level in the scan's own frame.
+    /// The floor that is level in the scan's own frame.
     fn level(&self) -> Option<(Plane, Up)> {
         if self.frame.z != Axis::Up {
             return None;
@@ -190,7 +196,8 @@ impl Scene<'_> {
             .or_else(|| Some((floor(sides, NEARLY_LEVEL_RAD)?, Up::NothingBelow)))
     }
 
-    /// Whether surfaces lie along the plane; through a heap, too, a plane can be laid.
+    /// Whether the surfaces at the plane's points are parallel to it; a plane can be laid through a
+    /// heap too.
     fn is_surface(&self, plane: &Plane) -> bool {
         let on = self.normals.iter().filter(|n| {
             plane.height(&n.at).abs() <= self.settings.threshold_m
@@ -199,7 +206,7 @@ impl Scene<'_> {
         to_f64(on.count()) >= LEAST_SHARE * to_f64(self.normals.len().max(1))
     }
 
-    /// The planes with the most support, each found among the points that the ones before left.
+    /// The planes with the most support, each searched among the points off the planes before.
     fn candidates(&self, cone: Option<Cone>) -> Result<Vec<Plane>> {
         let settings = &Settings { cone, ..*self.settings };
         let mut rest = self.drawn.to_vec();
@@ -217,7 +224,7 @@ impl Scene<'_> {
         Ok(found)
     }
 
-    /// The planes with the side up on which the sensor is, or that z says; with either, where
+    /// Each plane with the side up on which the sensor is, or which z indicates; with both sides if
     /// neither is known.
     fn sides(&self, planes: Vec<Plane>) -> Vec<Plane> {
         let sides = planes.into_iter().flat_map(|plane| [plane, turned(plane)]);
@@ -227,7 +234,7 @@ impl Scene<'_> {
         sides.filter(may_be_up).collect()
     }
 
-    /// Whether z alone decides that this side of a plane is up.
+    /// Whether z alone shows that this side of a plane is up.
     fn is_side_by_z(&self, plane: &Plane) -> bool {
         self.frame.z == Axis::Behind && plane.normal[2] >= libm::cos(SLOPES_RAD.0)
     }
@@ -245,8 +252,9 @@ impl Scene<'_> {
         best.map(|(_, plane)| plane).ok_or(Error::Degenerate("no plane goes through the points"))
     }
 
-    /// How much speaks for this plane being the ground: what its being the ground explains of the
-    /// scan, as far as the plane reaches. The top of a dome, with its other side up, explains much.
+    /// The score of a plane as the ground: how much of the scan it explains, times the share of the
+    /// scan's extent that its points cover, less the points below it. Without that share, the top
+    /// of a dome turned over would score high.
     fn score(&self, plane: &Plane) -> f64 {
         let Self { drawn, normals, settings: &Settings { threshold_m, .. }, .. } = *self;
         let on: Vec<Point> =
@@ -269,14 +277,14 @@ impl Scene<'_> {
     }
 }
 
-/// The part of the scan's extent, seen along the normal, over which the plane's points reach.
+/// Share of the scan's extent, seen along the normal, that the plane's points cover.
 fn reach(plane: &Plane, on: &[Point], drawn: &[Point]) -> f64 {
     let Ok(rotation) = rotation_to_z(plane.normal) else { return 0.0 };
     let area = |points: &[Point]| hull_area(&rotate(points, &rotation, 1));
     area(on) / area(drawn).max(f64::MIN_POSITIVE)
 }
 
-/// The number of points below the plane, unless a gentle slope leads there.
+/// Number of points below the plane, except where a gentle slope leads.
 fn below(plane: &Plane, on: &[Point], drawn: &[Point], threshold_m: f64) -> usize {
     let sum: Vector3<f64> = on.iter().map(|p| Vector3::from(*p)).sum();
     let middle = sum / to_f64(on.len().max(1));
@@ -287,12 +295,12 @@ fn below(plane: &Plane, on: &[Point], drawn: &[Point], threshold_m: f64) -> usiz
     drawn.iter().filter(is_below).count()
 }
 
-/// A piece of surface as seen from a plane.
+/// A piece of surface relative to a plane.
 struct Slope {
     height_m: f64,
-    /// Cosine of the angle between its normal and the plane's, not below 0.
+    /// Cosine of the angle between its normal and the plane's, 0 to 1.
     level: f64,
-    /// Unit vector in the plane, downhill.
+    /// Unit vector downhill, in the plane.
     downhill: Vector3<f64>,
 }
 
@@ -314,9 +322,9 @@ impl Slope {
     }
 }
 
-/// The slopes that can be poured material's, discounted by how little they face all sides and how
-/// much of them is at the top: one flank seen from another, or a floor seen from a box's top, is
-/// no pile.
+/// Number of slopes that may be poured material, reduced if they do not face all sides or are
+/// mostly at the top: one flank seen from another, or a floor seen from the top of a box, is no
+/// pile.
 fn poured(above: &[Slope], threshold_m: f64) -> f64 {
     let slopes: Vec<&Slope> = above.iter().filter(|s| s.is_poured()).collect();
     if slopes.is_empty() {
@@ -325,16 +333,17 @@ fn poured(above: &[Slope], threshold_m: f64) -> f64 {
     all_round(&slopes) * (2.0 * low(&slopes, threshold_m)).min(to_f64(slopes.len()))
 }
 
-/// How evenly slopes face all sides: 1 for a cone or a half of one, 0 for a ramp or a roof.
+/// How evenly slopes face all sides: 1 for a cone or half of one, 0 for a ramp or a roof.
 ///
-/// Twice the smaller eigenvalue of the directions' scatter, whose eigenvalues are a, 1 - a and 0.
+/// It is twice the smaller eigenvalue of the directions' scatter, whose eigenvalues are a, 1 - a
+/// and 0.
 fn all_round(slopes: &[&Slope]) -> f64 {
     let scatter: Matrix3<f64> = slopes.iter().map(|s| s.downhill * s.downhill.transpose()).sum();
     let squares = (scatter / to_f64(slopes.len())).norm_squared();
     1.0 - (2.0 * squares - 1.0).clamp(0.0, 1.0).sqrt()
 }
 
-/// The number of slopes in the lower half of the heights from the threshold to their top.
+/// Number of slopes in the lower half between the threshold and the top of the slopes.
 fn low(slopes: &[&Slope], threshold_m: f64) -> f64 {
     let mut heights: Vec<f64> = slopes.iter().map(|s| s.height_m).collect();
     heights.sort_unstable_by(f64::total_cmp);
@@ -348,7 +357,7 @@ mod tests {
     use crate::pose::Rotation;
     use crate::survey::survey;
 
-    /// Points of a floor of 2 m by 1 m and a wall of `wall_m` behind it, on a raster of `STEP`.
+    /// Points of a floor of 2 m by 1 m and a wall, `wall_m` high, behind it, on a raster of `STEP`.
     fn room(wall_m: f64) -> Vec<Point> {
         let at = |i: i32| (f64::from(i) + 0.5) * STEP;
         let cone = |x: f64, y: f64| (0.5 * (0.3 - (x - 1.0).hypot(y - 0.45))).max(0.0);

@@ -1,41 +1,43 @@
-//! The height of the ground: a peak in the distribution of heights.
+//! The height of the ground, in m: a peak in the histogram of heights (paper, Algorithm 3).
 
 use crate::cancel::Polled;
 use crate::fixed::Fixed;
 use crate::histogram::{HeightHistogram, height_histogram};
 use crate::{Error, Result};
 
-/// A peak ends where the counts fall to this share of it; lower ones are none of a series.
+/// A peak ends where the counts fall to this share of it; lower peaks are not in its series.
+/// Chosen.
 const PEAK_SHARE: f64 = 0.5;
 
-/// The same for the first peak: a box's top may hold many more points than the ground.
+/// Height of the first peak, at least, as a share of the highest: the top of a box may hold many
+/// more points than the ground. Chosen.
 const FIRST_PEAK_SHARE: f64 = 0.1;
 
-/// The share of the heights that may lie astray at either end.
+/// Share of the heights that may be outliers at either end. Chosen.
 const STRAY_SHARE: f64 = 0.01;
 
-/// A peak's window moves this often at most.
+/// Most moves of a peak's window. Decides no answer: it converges sooner.
 const MOST_MOVES: usize = 8;
 
 /// Which peak is the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GroundRule {
-    /// The lowest peak that reaches a tenth of the highest and then falls to half of itself.
+    /// The lowest peak that reaches a tenth of the highest and then falls to half of its own
+    /// height.
     First,
     /// The highest peak in the lower part.
     Lower,
-    /// Midway between the lowest and the highest of the peaks in the lower part that reach half
-    /// of the highest one there: for a floor that registration split into several levels (paper,
-    /// "When the ground becomes uneven").
+    /// Midway between the lowest and highest of those peaks in the lower part that reach half of
+    /// the highest one there: for a floor that registration split into several levels (paper, "When
+    /// the ground becomes uneven").
     Midpoint,
 }
 
-/// The height of the ground (paper, Algorithm 3), by `rule`.
+/// The height of the ground in m (paper, Algorithm 3), by `rule`.
 ///
-/// The lower part is the first `lower_fraction` of the range from the 1st to the 99th percentile
-/// of the heights, so that a stray point does not move it; a peak that it cuts through is
-/// followed upward to its top. Finer than a bin: the result is the mean of the heights in the
-/// `window` bins around the peak.
+/// The lower part is the first `lower_fraction` of the range from the 1st to the 99th percentile of
+/// the heights, so that outliers do not move it. A peak at its end is followed upwards to its top.
+/// The result is finer than a bin: the mean of the heights in the `window` bins around the peak.
 ///
 /// # Errors
 /// As [`height_histogram`]; [`Error::Setting`] unless `lower_fraction` is above 0 and up to 1.
@@ -75,7 +77,7 @@ pub fn ground_height(
     Ok(sums.top_m(first).midpoint(sums.top_m(last)))
 }
 
-/// The first and the last bin of the lower part.
+/// The first and last bin of the lower part.
 fn lower_part(histogram: &HeightHistogram, total: usize, fraction: f64) -> (usize, usize) {
     let stray = STRAY_SHARE * total as f64;
     let reached = |share: f64| {
@@ -90,7 +92,7 @@ fn lower_part(histogram: &HeightHistogram, total: usize, fraction: f64) -> (usiz
     (low, low + ((high - low) as f64 * fraction) as usize)
 }
 
-/// The top of the highest peak within `part`, and a little beyond where the part cuts it.
+/// The top of the highest peak within `part`, followed beyond its end if it still rises there.
 fn highest_peak(smoothed: &[f64], (low, high): (usize, usize)) -> usize {
     let mut peak = low;
     for i in low..=high {
@@ -104,7 +106,7 @@ fn highest_peak(smoothed: &[f64], (low, high): (usize, usize)) -> usize {
     middle_of_top(smoothed, peak)
 }
 
-/// The middle of the equally high bins that begin at `peak`: one full bin smooths to many.
+/// The middle of the equally high bins from `peak` on: smoothing spreads one full bin over many.
 fn middle_of_top(smoothed: &[f64], peak: usize) -> usize {
     let top = smoothed[peak..].iter().take_while(|&&v| v == smoothed[peak]).count();
     peak + (top - 1) / 2
@@ -125,7 +127,7 @@ fn first_peak(smoothed: &[f64]) -> usize {
     middle_of_top(smoothed, peak)
 }
 
-/// The lowest and the highest of the peaks in `part` that belong with its highest.
+/// The lowest and highest peak in `part` of the series that holds the highest one.
 fn series_of_peaks(smoothed: &[f64], part: (usize, usize)) -> (usize, usize) {
     let highest = highest_peak(smoothed, part);
     let is_peak = |&i: &usize| {
@@ -140,9 +142,9 @@ fn series_of_peaks(smoothed: &[f64], part: (usize, usize)) -> (usize, usize) {
     (first, last.max(highest))
 }
 
-/// What the heights in each bin add up to, measured from the bin's own foot.
+/// The sum of the heights in each bin, relative to the bin's lower edge.
 ///
-/// Sums of whole numbers: the same bits in any order.
+/// Sums of integers: the same bits in any order.
 struct Sums<'a> {
     histogram: &'a HeightHistogram,
     fixed: Fixed,
@@ -161,10 +163,10 @@ impl<'a> Sums<'a> {
         Self { histogram, fixed, sums }
     }
 
-    /// The top of a peak, finer than a bin: the mean of the heights in the window around it.
+    /// The top of a peak in m, finer than a bin: the mean of the heights in the window around it.
     ///
-    /// The window follows the mean to its bin until it stays: where the counts wobble, or the
-    /// window meets the end of the histogram, the highest average stands a few bins off the top.
+    /// The window moves to the bin of the mean until it stays there. Where counts fluctuate, or the
+    /// histogram ends within the window, the highest average is a few bins off the top.
     fn top_m(&self, mut peak: usize) -> f64 {
         let mut mean = self.mean_around(peak);
         for _ in 0..MOST_MOVES {
@@ -201,7 +203,7 @@ mod tests {
         (0..count).map(move |i| (mix(i + (seed << 32)) >> 11) as f64 / (1_u64 << 53) as f64)
     }
 
-    /// About normal, standard deviation 1 mm, around `height`.
+    /// Roughly normal heights around `height`, standard deviation 1 mm.
     fn floor(count: u64, height: f64, seed: u64) -> impl Iterator<Item = f64> {
         let draws = (0..12).map(move |k| uniform(count, 100 * seed + k).collect::<Vec<_>>());
         let draws: Vec<_> = draws.collect();
@@ -209,7 +211,7 @@ mod tests {
             .map(move |i| height + 0.001 * (draws.iter().map(|d| d[i]).sum::<f64>() - 6.0))
     }
 
-    /// A floor at 0.25 m with a cone of 0.3 m on it: fewer points the higher.
+    /// A floor at 0.25 m with a cone of 0.3 m on it: fewer points higher up.
     fn scene() -> Vec<f64> {
         let cone = uniform(20_000, 1).map(|u| 0.25 + 0.3 * (1.0 - u.sqrt()));
         floor(30_000, 0.25, 2).chain(cone).collect()

@@ -1,10 +1,11 @@
-//! Hashes of keys that are numbers.
+//! A fast hash of integer keys.
 
 use std::hash::Hasher;
 
 use crate::sample::mix;
 
-/// Mixes the bits of keys; far faster than the standard hash, which withstands chosen keys.
+/// Mixes the bits of a key. Far faster than the standard hash, which withstands maliciously chosen
+/// keys.
 #[derive(Default)]
 pub(crate) struct Mixed(u64);
 

@@ -1,6 +1,7 @@
-//! The ground grid (paper, "Voxel Meshing Calculation"): one height a cell of known area.
+//! The height map (paper, "Voxel Meshing Calculation"): one height in m for each square cell, and
+//! volumes in m³ from it.
 //!
-//! Memory grows with the square of the scene's size, where inner voxels would take the cube.
+//! Memory grows with the square of the scene's size; voxels would need its cube.
 
 use std::ops::Range;
 
@@ -11,35 +12,37 @@ use crate::material::NEVER_STEEPER;
 use crate::parallel::{fill_chunks, map_chunks};
 use crate::{Bounds, Places, Point, thread_count};
 
-/// The largest grid that is made, and from which on it may have this many cells a point: with
-/// more it is all gaps.
+/// Most cells of a grid; and number of cells from which a grid may have at most `CELLS_A_POINT`
+/// cells for each point, because with more it is mostly gaps. Chosen.
 const MOST_CELLS: f64 = (1u64 << 26) as f64;
 const ANY_CELLS: f64 = (1u64 << 22) as f64;
 const CELLS_A_POINT: f64 = 64.0;
-/// What a height map of triangles holds for each cell while it is made: 140 bytes, and some more.
+/// Memory of a triangulated height map for each cell while it is made, in bytes: 140, and a
+/// reserve.
 const BYTES_A_CELL: usize = 192;
 
-/// Points are averaged in so many parts at most: each has cells of its own.
+/// Most parts in which points are averaged in parallel; each needs a grid of its own. Decides no
+/// answer.
 const PARTS: usize = 4;
-/// Cells that a thread takes at a time.
+/// Cells for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
 
 /// Square cells in plan, row by row: x along a row, y from row to row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
-    /// The corner of cell (0, 0) with the lowest x and y.
+    /// The corner of cell (0, 0) with the lowest x and y, in m.
     pub origin_m: [f64; 2],
-    /// Edge of a cell.
+    /// Width of a cell, in m.
     pub cell_m: f64,
-    /// Cells in a row.
+    /// Number of cells in a row.
     pub columns: usize,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
 }
 
 impl Grid {
-    /// The grid over `bounds`, a quarter of a cell larger: points of a regular raster whose step
-    /// divides the cell do not lie on the edge between two cells, where rounding would decide.
+    /// The grid over `bounds`, a quarter of a cell larger. Points of a regular raster whose step
+    /// divides the cell then do not lie on the edge between two cells, where rounding would decide.
     ///
     /// # Errors
     ///
@@ -74,7 +77,7 @@ impl Grid {
         self.len() == 0
     }
 
-    /// The middle of a cell.
+    /// The middle of a cell, in m.
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // far below 2⁵³
     pub fn center(&self, cell: usize) -> [f64; 2] {
@@ -93,7 +96,7 @@ impl Grid {
         within(0, self.columns) && within(1, self.rows)
     }
 
-    /// The cell that a place inside the grid lies in; of a place outside, the nearest.
+    /// The cell at a place; outside the grid, the nearest one.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to the grid
     #[inline]
     pub(crate) fn cell(&self, p: &[f64]) -> usize {
@@ -110,7 +113,7 @@ impl Grid {
         column == 0 || row == 0 || column + 1 == self.columns || row + 1 == self.rows
     }
 
-    /// The neighbours of a cell, up to `reach` columns and rows away, itself included.
+    /// The cells up to `reach` columns and rows away, including the cell itself.
     pub(crate) fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         let width = self.columns;
         let near = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
@@ -134,7 +137,8 @@ impl Grid {
         ways.iter().filter_map(move |&by| way(by))
     }
 
-    /// Where ways lead from a cell; its column and row are reckoned once.
+    /// A function from directions to the neighbours of a cell; computes its column and row only
+    /// once.
     #[inline]
     pub(crate) fn ways(&self, cell: usize) -> impl Fn((isize, isize)) -> Option<usize> + use<> {
         let (columns, rows) = (self.columns, self.rows);
@@ -147,14 +151,14 @@ impl Grid {
     }
 }
 
-/// One height a cell, and what it rests on.
+/// One height for each cell, and the number of points it is the mean of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightMap {
     /// The cells.
     pub grid: Grid,
-    /// Height at the middle of each cell; NaN where no point fell.
+    /// Height at the middle of each cell, in m; NaN without points.
     pub heights_m: Vec<f64>,
-    /// Points in each cell.
+    /// Number of points in each cell.
     pub counts: Vec<u32>,
 }
 
@@ -166,11 +170,11 @@ struct Sums {
 
 const NOTHING: Sums = Sums { count: 0, xyz: [0; 3] };
 
-/// Averages the points of each cell of edge `cell_m`.
+/// Averages the points in each cell of width `cell_m`.
 ///
-/// The mean height belongs to the mean position of the points; it is carried to the middle of the
+/// The mean height belongs to the mean position of the points. It is moved to the middle of the
 /// cell along the slope between the neighbouring cells, so that points crowded on one side of the
-/// cells add nothing to the volume. The same points give the same bits in any order.
+/// cells do not bias the volume. The same points give the same bits in any order.
 ///
 /// # Errors
 ///
@@ -191,7 +195,7 @@ pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
     height_map_within(points, &bounds(points)?, cell_m)
 }
 
-/// As [`height_map`], on the cells over `bounds`, within which all points lie.
+/// As [`height_map`], on the cells over `bounds`, which hold all points.
 ///
 /// # Errors
 ///
@@ -200,7 +204,7 @@ pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Resu
     height_map_of(points, None, bounds, cell_m, 1)
 }
 
-/// As [`height_map_within`], of the points that are marked, where marks are given.
+/// As [`height_map_within`], of the marked points if marks are given.
 ///
 /// # Errors
 ///
@@ -227,7 +231,7 @@ pub fn height_map_of<'a>(
     Ok(Cells::averaging(grid, merged(parts, &grid), fixed).averaged(threads))
 }
 
-/// The box around points.
+/// The bounding box of points.
 ///
 /// # Errors
 ///
@@ -237,7 +241,7 @@ pub fn bounds<'a>(points: impl Into<Places<'a>>) -> Result<Bounds> {
     Bounds::of(points.into().iter()).ok_or(none)
 }
 
-/// What the points say of each cell.
+/// The points, averaged by cell.
 pub(crate) struct Cells {
     pub(crate) grid: Grid,
     sums: Vec<Sums>,
@@ -246,7 +250,7 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// The cells of edge `cell_m` over a box around all points.
+    /// The cells of width `cell_m` over a box around all points.
     pub(crate) fn within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Result<Self> {
         let grid = Grid::over(bounds, cell_m, points.len())?;
         let fixed = Fixed::new(bounds.largest(), points.len());
@@ -267,7 +271,7 @@ impl Cells {
         self.with_heights(heights_m)
     }
 
-    /// The height at the middle of a cell.
+    /// Height at the middle of a cell, in m.
     fn centered(&self, cell: usize) -> f64 {
         let Some(here) = self.means[cell] else { return f64::NAN };
         let center = self.grid.center(cell);
@@ -294,7 +298,7 @@ fn accumulate(points: impl Iterator<Item = Point>, grid: &Grid, fixed: Fixed) ->
     sums
 }
 
-/// The sums of all parts: of integers, in whatever order.
+/// The sums of all parts; integers, so their order does not matter.
 fn merged(parts: Vec<Vec<Sums>>, grid: &Grid) -> Vec<Sums> {
     let add = |mut all: Vec<Sums>, part: Vec<Sums>| {
         for (sums, more) in all.iter_mut().zip(part) {
@@ -310,7 +314,8 @@ fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {
     (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum as f64, sums.count)))
 }
 
-/// The slope along axis `k`, from one neighbour to the other or to the cell itself.
+/// The slope along axis `k`, between two neighbours or between one and the cell itself, as rise
+/// over run.
 ///
 /// Zero where it is steeper than any material stands: that is an edge between two surfaces, and the
 /// mean of the points is the better height.
@@ -324,26 +329,26 @@ fn slope(grid: &Grid, means: &[Option<Point>], cell: usize, k: usize) -> f64 {
     if run >= 0.5 * grid.cell_m && rise.abs() <= NEVER_STEEPER * run { rise / run } else { 0.0 }
 }
 
-/// Material above and below a base.
+/// Volumes above and below a base.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Volume {
-    /// Above the base.
+    /// Volume above the base, in m³.
     pub cut_m3: f64,
-    /// Missing below the base, as a positive number.
+    /// Volume missing below the base, in m³; positive.
     pub fill_m3: f64,
-    /// Area of the cells that have a height.
+    /// Area of the cells with a height, in m².
     pub area_m2: f64,
 }
 
 impl Volume {
-    /// Cut less fill.
+    /// Cut less fill, in m³.
     #[must_use]
     pub fn net_m3(&self) -> f64 {
         self.cut_m3 - self.fill_m3
     }
 }
 
-/// Integrates heights above their base: the sum of cell area times height, cut and fill apart.
+/// Integrates heights above their base in m: the sum of cell area times height, cut and fill apart.
 ///
 /// Cells whose height is NaN are left out; the caller fills or counts them.
 ///

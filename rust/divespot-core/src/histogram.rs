@@ -1,4 +1,4 @@
-//! The distribution of heights: counts, and a moving average of them.
+//! The histogram of heights, and its moving average (paper, Algorithm 3).
 
 use std::ops::Range;
 
@@ -7,32 +7,32 @@ use crate::error::positive;
 use crate::voxel::ANCHOR;
 use crate::{Error, Result};
 
-/// More bins than these are a mistake in a unit, or a point far astray.
+/// Most bins. More result from a wrong unit or a distant outlier.
 const MOST_BINS: f64 = 16_777_216.0;
 
-/// Points by height.
+/// Numbers of points by height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightHistogram {
-    /// The lowest height. The first bin holds it, and begins a little below.
+    /// The lowest height, in m. The first bin begins slightly below it.
     pub lowest_m: f64,
-    /// The height of a bin.
+    /// Height of a bin, in m.
     pub bin_m: f64,
-    /// Bins over which the moving average runs.
+    /// Number of bins in the moving average.
     pub window: usize,
-    /// How many heights lie in each bin.
+    /// Number of heights in each bin.
     pub counts: Vec<u32>,
-    /// The mean count in the window around each bin.
+    /// Mean count in the window around each bin.
     pub smoothed: Vec<f64>,
 }
 
 impl HeightHistogram {
-    /// The middle of bin `index`.
+    /// The middle of bin `index`, in m.
     #[must_use]
     pub fn center_m(&self, index: usize) -> f64 {
         self.lowest_m + (index as f64 + 0.5 - ANCHOR) * self.bin_m
     }
 
-    /// The bin of a height that the histogram counts.
+    /// The bin of a height within the histogram.
     pub(crate) fn bin_of(&self, height: f64) -> usize {
         cells(height - self.lowest_m, self.bin_m) as usize
     }
@@ -48,17 +48,17 @@ fn around(index: usize, window: usize, bins: usize) -> Range<usize> {
     index.saturating_sub(half)..bins.min(index.saturating_add(half + 1))
 }
 
-/// How far into the bins a height `above` the lowest lies.
+/// Position of a height, `above` m over the lowest, in bins.
 fn cells(above: f64, bin_m: f64) -> f64 {
     above / bin_m + ANCHOR
 }
 
 /// Counts `heights` in bins of `bin_m` and smooths them over `window` bins.
 ///
-/// Paper, Algorithm 3, where the window sums `step` + 1 bins, divides by `step` and shifts the
-/// result by half a window. Here `smoothed[i]` belongs to bin `i` and is a true mean: at the ends
-/// over the bins that exist. Heights in whole multiples of a fraction of `bin_m` stay clear of
-/// the edges of the bins.
+/// In the paper's Algorithm 3, the window sums `step` + 1 bins, divides by `step` and shifts the
+/// result by half a window. Here `smoothed[i]` belongs to bin `i` and is a true mean; at the ends
+/// it is over the bins that exist. Heights in whole multiples of a fraction of `bin_m` stay clear
+/// of the edges of the bins.
 ///
 /// # Errors
 /// [`Error::Setting`] unless `bin_m` is finite and above zero and `window` odd,

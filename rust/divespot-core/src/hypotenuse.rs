@@ -1,7 +1,8 @@
 //! The length of a hypotenuse, with the same bits on every machine.
 //!
-//! `f64::hypot` is the C library's: glibc's differs between x86-64 and aarch64 in the last bit, and
-//! from version to version. Sums of squares are no danger here: no length in metres overflows them.
+//! `f64::hypot` calls the C library. That of glibc differs in the last bit between x86-64 and
+//! aarch64, and between versions. The plain root of a sum of squares is safe here, since no length
+//! in m overflows it.
 
 /// Two numbers as the legs of a right triangle.
 pub(crate) trait Hypotenuse {

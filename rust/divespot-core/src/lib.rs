@@ -1,7 +1,7 @@
 //! divespot's science in pure Rust: from a point cloud of bulk material to volumes.
 //!
-//! Every kernel takes finite coordinates near a local origin (see [`Cloud`]) in metres, and
-//! returns the same bits for the same points in any order, at any number of threads.
+//! Every kernel takes finite coordinates in m near a local origin (see [`Cloud`]). The same points
+//! give the same bits in any order and with any number of threads.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // scenes need not be the same everywhere
 
@@ -60,5 +60,5 @@ pub use places::Places;
 pub use survey::point_spacing;
 pub use voxel::{Voxels, voxel_downsample};
 
-/// One point, `[x, y, z]` in metres, relative to the cloud's origin.
+/// One point, `[x, y, z]` in m, relative to the cloud's origin.
 pub type Point = [f64; 3];

@@ -1,24 +1,24 @@
-//! LZF, the compression of PCD files: runs of literals and references back, nothing else.
+//! Decompresses LZF, the compression of PCD files (format of Marc Lehmann's liblzf).
 //!
-//! The format is that of Marc Lehmann's liblzf. A byte below 32 starts a run of so many literals and
-//! one; any other starts a reference: length in its upper three bits (and a byte more where all are
-//! set) and distance in the lower five and the next byte, both counted from what is shortest.
+//! A byte below 32 starts a run of that many literals plus one. Any other byte starts a reference
+//! back: its upper three bits are the length less 2, with one more byte added if all three are set;
+//! its lower five bits and the next byte are the distance less 1.
 
 use crate::cancel::poll;
 use crate::{Error, Result, memory_for};
 
-/// Bytes that a reference of three bytes yields at most are 264.
+/// Largest ratio of decompressed to compressed bytes: a reference of 3 bytes yields at most 264.
 const LARGEST_RATIO: usize = 88;
 
-/// Bytes between two looks at whether the work is called off.
+/// Bytes between two checks for cancellation. Decides no answer.
 const PIECE: usize = 1 << 20;
 
-/// What `packed` was compressed from, of which the size is known.
+/// Decompresses `packed` into `size` bytes.
 ///
 /// # Errors
 ///
-/// [`Error::Corrupt`] where the data end within a run, refer back to before their start or hold
-/// other than `size` bytes; [`Error::Memory`] where there is none for what they can hold at most.
+/// [`Error::Corrupt`] if the data end within a run, refer back to before their start or do not hold
+/// `size` bytes; [`Error::Memory`] if memory is too small for the most they can hold.
 pub fn decompress(packed: &[u8], size: usize) -> Result<Vec<u8>> {
     let most = size.min(packed.len().saturating_mul(LARGEST_RATIO));
     memory_for(most, || format!("{most} bytes of compressed data"))?;
@@ -39,7 +39,7 @@ pub fn decompress(packed: &[u8], size: usize) -> Result<Vec<u8>> {
     if output.len() < size { Err(Error::Corrupt("hold less than promised")) } else { Ok(output) }
 }
 
-/// Copies `count` bytes of the input; returns what follows.
+/// Copies `count` bytes of the input; returns the rest.
 fn literals<'a>(
     input: &'a [u8],
     count: usize,
@@ -52,7 +52,8 @@ fn literals<'a>(
     Ok(rest)
 }
 
-/// Copies what a reference points at, which may be what it writes itself; returns what follows.
+/// Copies the bytes that a reference points at, which may overlap those it writes; returns the
+/// rest.
 fn reference<'a>(
     input: &'a [u8],
     control: u8,

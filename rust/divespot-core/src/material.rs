@@ -1,11 +1,12 @@
-//! The angles at which bulk material lies, as rise over run.
+//! The angles at which bulk material lies, as rise over run. All other angles in the core follow
+//! from these.
 
-/// Nothing poured lies flatter: 15°.
+/// The flattest angle of repose of any poured material: 15°.
 pub(crate) const FLATTEST: f64 = 0.268;
-/// The steepest ground: 7.5°, half of the flattest angle of repose (15°).
+/// The steepest slope of ground: 7.5°, half of the flattest angle of repose (15°).
 pub(crate) const GENTLE: f64 = 0.13;
-/// Nothing is poured steeper: 50°.
+/// The steepest slope of any poured material: 50°.
 pub(crate) const STEEPEST_POURED: f64 = 1.2;
-/// No bulk material stands steeper than 60°, cohesive soil and damp fines included. What is steeper
-/// is an edge between two surfaces.
+/// The steepest face on which any bulk material stands: 60°, cohesive soil and damp fines included.
+/// What is steeper is an edge between two surfaces.
 pub(crate) const NEVER_STEEPER: f64 = 1.732;

@@ -1,4 +1,4 @@
-//! First and second moments of points, exact: they do not depend on the order of the points.
+//! First and second moments of points, from exact integer sums that do not depend on their order.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
@@ -8,10 +8,10 @@ use crate::fixed::Fixed;
 use crate::parallel::map_chunks;
 use crate::{Places, Point};
 
-/// Points that a thread takes at a time.
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 14;
 
-/// Sums of coordinates and of their products, as integers.
+/// Integer sums of coordinates and of their products.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Moments {
     count: u32,
@@ -19,11 +19,11 @@ pub(crate) struct Moments {
     products: [i128; 6],
 }
 
-/// The index pairs of `products`.
+/// The pairs of axes of `products`.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 impl Moments {
-    /// The moments of `points`, which `fixed` must be made for.
+    /// The moments of `points`; `fixed` must have been made for them.
     pub(crate) fn of<P: Borrow<Point>>(points: impl IntoIterator<Item = P>, fixed: Fixed) -> Self {
         let mut moments = Self::default();
         points.into_iter().for_each(|p| moments.add(p.borrow().map(|v| fixed.encode(v))));
@@ -54,7 +54,7 @@ impl Moments {
         Vector3::from_fn(|k, _| fixed.mean(self.sums[k] as f64, self.count))
     }
 
-    /// The axis of least spread and the variance along it; `None` for fewer than three points.
+    /// The axis of least variance and the variance along it; `None` for fewer than three points.
     pub(crate) fn flattest(&self, fixed: Fixed) -> Option<(Vector3<f64>, f64)> {
         if self.count < 3 {
             return None;
@@ -64,8 +64,8 @@ impl Moments {
         Some((eigen.eigenvectors.column(least).into(), eigen.eigenvalues[least].max(0.0)))
     }
 
-    /// The difference of products is taken in integers: nothing cancels, however far the points
-    /// lie from the origin.
+    /// The difference of products is computed in integers, so that no digits cancel, however far
+    /// the points are from the origin.
     #[allow(clippy::cast_precision_loss)] // the exact value is rounded once, at the end
     fn covariance(&self, fixed: Fixed) -> Matrix3<f64> {
         let n = i128::from(self.count);
@@ -81,7 +81,7 @@ impl Moments {
     }
 }
 
-/// The middle of points, and how far they lie from it.
+/// The mean of points and their mean square distance from it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Spread {
     count: u32,
@@ -90,7 +90,7 @@ pub(crate) struct Spread {
 }
 
 impl Spread {
-    /// The spread of many points, taken by several threads.
+    /// The spread of many points, on several threads.
     pub(crate) fn of_all(points: Places<'_>, fixed: Fixed, threads: usize) -> Self {
         let part = |range: std::ops::Range<usize>| {
             let mut part = Self::default();
@@ -121,7 +121,7 @@ impl Spread {
         self.sums.map(|sum| fixed.mean(sum as f64, self.count))
     }
 
-    /// The root mean square distance from the mean, exact but for the last rounding.
+    /// Root mean square distance from the mean, in m; exact up to the last rounding.
     #[allow(clippy::cast_precision_loss)] // the exact value is rounded once, at the end
     pub(crate) fn root_mean_square(&self, fixed: Fixed) -> f64 {
         let (n, count) = (i128::from(self.count), f64::from(self.count));

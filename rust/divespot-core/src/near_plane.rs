@@ -1,10 +1,11 @@
-//! How a surface goes on at a cell: as the plane through cells near it.
+//! Extrapolates a surface to a cell by the plane through cells near it (weighted least squares);
+//! heights in m.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::heightmap::Grid;
 
-/// Places from the middle of a cell to those of others, and the heights there.
+/// Places of other cells relative to the middle of one, with their heights.
 pub(crate) fn places_about(
     grid: &Grid,
     heights_m: &[f64],
@@ -19,18 +20,19 @@ pub(crate) fn places_about(
     others.map(place).collect()
 }
 
-/// The plane through places about one, the nearest counting most; `None` where they tell of none.
+/// The plane through places around the origin, weighted by the inverse square of their distance;
+/// `None` if it is not determined.
 pub(crate) fn near_plane(about: &[[f64; 3]]) -> Option<Vector3<f64>> {
     let weights = about.iter().map(|p| 1.0 / (p[0] * p[0] + p[1] * p[1]));
     weighted_plane(about, weights, true)
 }
 
-/// The height of a plane at a place.
+/// Height of a plane at a place.
 pub(crate) fn value(plane: &Vector3<f64>, p: &[f64; 3]) -> f64 {
     plane[0] + plane[1] * p[0] + plane[2] * p[1]
 }
 
-/// The plane through places, each by its weight; level unless it is `tilted`. `None` where they tell of none.
+/// The weighted plane through places, level unless `tilted`; `None` if it is not determined.
 pub(crate) fn weighted_plane(
     local: &[[f64; 3]],
     weights: impl Iterator<Item = f64>,

@@ -1,7 +1,7 @@
-//! The nearest neighbours of places among points.
+//! Nearest neighbours among points (a kd-tree).
 //!
-//! The kd-tree is split at medians of a small part of the points and left as coarse as its user
-//! wants: to deal the points out takes longer than a few thousand searches.
+//! The tree is split at medians of a small sample of the points, and is as coarse as its user asks:
+//! sorting points into many leaves would take longer than a few thousand searches.
 
 use std::cmp::Ordering;
 
@@ -10,18 +10,18 @@ use crate::cancel::{Polled, poll};
 use crate::parallel::fill_chunks;
 use crate::sample::mix;
 
-/// A split is the median of so many points for each leaf below it.
+/// Points sampled for each leaf when a split's median is found. Decides no answer.
 const DRAWN: usize = 8;
-/// Points that a thread takes at a time.
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
-/// Points that go down the tree side by side: each waits for the split that it comes to.
+/// Points that go down the tree together, so that their memory accesses overlap. Decides no answer.
 const ABREAST: usize = 16;
 
-/// A kd-tree of points. What is found does not depend on how it was split.
+/// A kd-tree of points. The neighbours found do not depend on its splits.
 pub(crate) struct Tree<'a> {
     points: &'a [Point],
-    /// Axis and place of each split; the children of `i` are `2 i + 1` and `2 i + 2`. Their
-    /// number is one less than that of the leaves, a power of two.
+    /// Axis and position of each split; the children of `i` are `2 i + 1` and `2 i + 2`. There is
+    /// one less than leaves, whose number is a power of two.
     splits: Vec<(usize, f64)>,
     /// Indices of the points, leaf by leaf.
     rows: Vec<u32>,
@@ -44,14 +44,13 @@ impl<'a> Tree<'a> {
         Self { points, splits, rows, ends }
     }
 
-    /// The `count` positions nearest to `at` with their squared distances, the nearest first;
-    /// among equally distant ones those with the lowest coordinates.
+    /// The `count` positions nearest to `at` with their squared distances in m², nearest first;
+    /// ties go to the lowest coordinates.
     pub(crate) fn nearest(&self, at: &Point, count: usize) -> Vec<(f64, Point)> {
         self.found(at, count).into_iter().map(|(distance, p, _)| (distance, p)).collect()
     }
 
-    /// The rows of the `count` nearest positions, in the same order; of equal positions the first
-    /// row first.
+    /// The rows of the `count` nearest positions, in the same order; equal positions by row.
     pub(crate) fn nearest_rows(&self, at: &Point, count: usize) -> Vec<u32> {
         self.found(at, count).into_iter().map(|(_, _, row)| row).collect()
     }
@@ -79,7 +78,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Searches below a node that is `away` along each axis.
+    /// Searches below a node whose box is `away` along each axis.
     fn below(&mut self, node: usize, away: Point) {
         let Some(&(axis, split)) = self.tree.splits.get(node) else {
             self.tree.leaf(node - self.tree.splits.len()).iter().for_each(|&row| self.offer(row));
@@ -90,7 +89,7 @@ impl Search<'_> {
         self.below(2 * node + 1 + far_is_left, away);
         let mut across = away;
         across[axis] = beyond;
-        // Rounded as the distances are, hence never above that of a point there.
+        // Rounded as the distances are, so never above the distance of a point there.
         if !self.full() || square(across) <= self.worst() {
             self.below(2 * node + 2 - far_is_left, across);
         }
@@ -127,7 +126,7 @@ fn square([x, y, z]: Point) -> f64 {
     x * x + y * y + z * z
 }
 
-/// Splits that part `points` into as many leaves, a power of two, of about equal size.
+/// Splits that divide `points` into a number of leaves, a power of two, of about equal size.
 fn splits(points: &[Point], leaves: usize, drawn: usize) -> Vec<(usize, f64)> {
     let draw = |i: u64| points[(mix(i) % points.len() as u64) as usize];
     let mut sample: Vec<Point> = (0..drawn as u64).map(draw).collect();
@@ -139,7 +138,7 @@ fn splits(points: &[Point], leaves: usize, drawn: usize) -> Vec<(usize, f64)> {
     splits
 }
 
-/// Both halves of some points, parted where they spread most.
+/// The two halves of some points, divided along the axis of their largest extent.
 fn halves<'a>(part: &'a mut [Point], splits: &mut Vec<(usize, f64)>) -> [&'a mut [Point]; 2] {
     poll();
     let axis = widest(part);
@@ -156,7 +155,7 @@ fn widest(part: &[Point]) -> usize {
     (0..3).fold(0, |widest, k| if extent[k] > extent[widest] { k } else { widest })
 }
 
-/// The leaves that a few points belong to.
+/// The leaves of a few points.
 #[inline]
 fn find_homes(splits: &[(usize, f64)], homes: &mut [u32], points: &[Point]) {
     let mut nodes = [0_usize; ABREAST];
@@ -169,7 +168,7 @@ fn find_homes(splits: &[(usize, f64)], homes: &mut [u32], points: &[Point]) {
     homes.iter_mut().zip(nodes).for_each(|(home, node)| *home = (node - splits.len()) as u32);
 }
 
-/// The rows in the order of their leaves, and where each leaf ends.
+/// The rows sorted by leaf, and the end of each leaf.
 fn dealt(homes: &[u32], leaves: usize) -> (Vec<u32>, Vec<u32>) {
     let mut ends = vec![0_u32; leaves];
     homes.iter().polled().for_each(|&home| ends[home as usize] += 1);
@@ -198,7 +197,7 @@ mod tests {
         all
     }
 
-    /// Coordinates on `levels` levels an axis: many are equal.
+    /// Coordinates on `levels` levels for each axis, so that many are equal.
     fn cloud(count: u64, levels: [u64; 3]) -> Vec<Point> {
         let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
         (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()

@@ -1,4 +1,5 @@
-//! The radius filter: which points have company.
+//! The radius outlier filter (paper, Algorithm 1, lines 1 to 17): points with few neighbours are
+//! outliers.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,17 +9,18 @@ use crate::error::positive;
 use crate::parallel::share;
 use crate::{Point, Result, thread_count};
 
-/// Rounding must not hide a candidate; exact distances alone decide who is a neighbour.
+/// Search boxes are larger by this factor, so that rounding loses no candidate; exact distances
+/// decide.
 const MARGIN: f64 = 1.0 + 1e-6;
 
-/// Columns of so many points are searched from end to end.
+/// Columns of at most this many points are searched from end to end. Decides no answer.
 const FEW: usize = 48;
 
 /// Whether each point has at least `min_neighbors` others within `radius_m`.
 ///
-/// A neighbour lies at a distance `<= radius_m`; the point itself does not count, a duplicate of
-/// it does. Paper, Algorithm 1, lines 1 to 17, in near-linear time. `threads` = 0 takes every
-/// core that the process may use.
+/// A neighbour is at a distance `<= radius_m`; the point itself does not count, a duplicate of it
+/// does. Paper, Algorithm 1, lines 1 to 17, in near-linear time. `threads` = 0 takes every core
+/// that the process may use.
 ///
 /// # Errors
 /// [`Error::Setting`](crate::Error::Setting) unless `radius_m` is finite and above zero.
@@ -68,16 +70,16 @@ struct Entry {
     row: u32,
 }
 
-/// The columns of a block and those around it, with their points sorted upward within each where
-/// one of them holds many.
+/// The columns of a block and those around it; if one of them holds many points, each column is
+/// sorted by height.
 struct Columns {
     entries: Vec<Entry>,
     columns: Vec<Column>,
     is_sorted: bool,
-    /// How many of the columns come before the block's own, and how many those are.
+    /// How many columns come before the block's own, and how many are its own.
     before: usize,
     own: usize,
-    /// From the key of a column to that of the next one in y.
+    /// Difference of the keys of two columns next to each other in y.
     row_step: u64,
 }
 
@@ -101,7 +103,7 @@ impl Columns {
         }
     }
 
-    /// Hands on the rows that have `needed` entries, themselves among them, within the radius.
+    /// Passes on the rows with `needed` entries within the radius, themselves included.
     fn keep(&self, needed: usize, radius: Radius, keep: impl Fn(u32)) {
         let mut from = [0; 3];
         for column in &self.columns[self.before..][..self.own] {
@@ -118,7 +120,7 @@ impl Columns {
         }
     }
 
-    /// The column itself and those around it; `from` follows along each of the three rows.
+    /// The column itself and those around it; `from` advances along each of the three rows.
     fn windows(&self, column: &Column, from: &mut [usize; 3]) -> Windows<'_> {
         let mut windows = Windows::default();
         windows.push(&self.entries[column.range()]);
@@ -135,10 +137,11 @@ impl Columns {
     }
 }
 
-/// What can still matter to a column's points: up to nine columns, its own first.
+/// The entries that can still be neighbours of a column's points: up to nine columns, its own
+/// first.
 ///
-/// The points ask from the lowest upward. Entries too low for one are too low for all that
-/// follow, so a window only ever moves up: a wall costs no more than a floor.
+/// The points are processed from the lowest up. Entries too low for one are too low for all that
+/// follow, so a window only moves upwards, and a wall takes no longer than a floor.
 #[derive(Default)]
 struct Windows<'a> {
     entries: [&'a [Entry]; 9],
@@ -151,7 +154,7 @@ impl<'a> Windows<'a> {
         self.count += 1;
     }
 
-    /// The same where entries are in no order.
+    /// The same for entries that are not sorted.
     fn hold_anywhere(&self, needed: usize, p: Point, radius: Radius) -> bool {
         let mut found = 0;
         for window in &self.entries[..self.count] {
@@ -165,7 +168,7 @@ impl<'a> Windows<'a> {
         false
     }
 
-    /// Whether `needed` entries, `p` itself among them, lie within the radius of `p`.
+    /// Whether `needed` entries, including `p`, lie within the radius of `p`.
     fn hold(&mut self, needed: usize, p: Point, radius: Radius) -> bool {
         poll(); // among points that are all within the radius this takes long
         let mut found = 0;
@@ -199,7 +202,7 @@ mod tests {
     use crate::Error;
     use crate::sample::mix;
 
-    /// The neighbours of each point, counted in all pairs.
+    /// Number of neighbours of each point, from all pairs.
     fn slow(points: &[Point], radius: f64) -> Vec<usize> {
         let near = |p: &Point, q: &Point| {
             let [dx, dy, dz] = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
@@ -208,7 +211,7 @@ mod tests {
         points.iter().map(|p| points.iter().filter(|q| near(p, q)).count() - 1).collect()
     }
 
-    /// Points on `levels` levels an axis, a thousandth apart.
+    /// Points on `levels` levels for each axis, 1 mm apart.
     fn cloud(count: u64, levels: [u64; 3]) -> Vec<Point> {
         let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
         (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()

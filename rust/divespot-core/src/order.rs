@@ -1,17 +1,17 @@
-//! Rows put in the order of integer keys.
+//! A radix sort of rows by integer keys.
 
 use crate::cancel::{Polled, poll};
 use crate::parallel::fill_chunks;
 use crate::{Places, Point};
 
-/// A row of the input and the key it is sorted by.
+/// A row of the input and its key.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Keyed {
     pub(crate) key: u64,
     pub(crate) row: u32,
 }
 
-/// Points that a thread takes at a time.
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 4096;
 
 /// Each row with the key of its point.
@@ -34,14 +34,14 @@ pub(crate) fn keyed_by<'a>(
 const DIGIT_BITS: u32 = 11;
 const BUCKETS: usize = 1 << DIGIT_BITS;
 
-/// Rows in ascending order of their keys; equal keys stay in the order given.
+/// Rows in ascending order of keys; stable.
 pub(crate) fn sort_by_key(rows: Vec<Keyed>) -> Vec<Keyed> {
     sort_by(rows, |row| row.key)
 }
 
-/// Values in ascending order of what `key` makes of them; equal keys stay in the order given.
+/// Values in ascending order of their keys; stable.
 ///
-/// A radix sort, least significant digit first: as many passes as the largest key has digits.
+/// A radix sort, least significant digit first, with as many passes as the largest key has digits.
 pub(crate) fn sort_by<T: Copy + Default>(mut rows: Vec<T>, key: impl Fn(&T) -> u64) -> Vec<T> {
     let largest = rows.iter().map(&key).max().unwrap_or(0);
     let mut sorted = vec![T::default(); rows.len()];

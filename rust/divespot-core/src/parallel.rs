@@ -1,6 +1,6 @@
-//! Work shared by scoped threads, with results that do not depend on how many there are.
+//! Shares work among scoped threads, with results that do not depend on their number.
 //!
-//! No global pool: one would deadlock in a process that forks.
+//! There is no global pool: it would deadlock in a process that forks.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::cancel::{flag, part, poll};
 
-/// The number of threads to run: `asked`, or all that this process may use where 0 is asked.
+/// The number of threads to run: `asked`, or for 0 all that this process may use.
 #[must_use]
 pub fn thread_count(asked: usize) -> usize {
     if asked > 0 {
@@ -19,7 +19,7 @@ pub fn thread_count(asked: usize) -> usize {
 
 /// Applies `job` to the consecutive ranges of length `chunk` that make up `0..len`.
 ///
-/// The results come in the order of the ranges, whichever thread made them.
+/// The results come in the order of the ranges, on whichever threads they were computed.
 pub(crate) fn map_chunks<T: Send>(
     len: usize,
     chunk: usize,
@@ -43,7 +43,7 @@ pub(crate) fn map_chunks<T: Send>(
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Applies `job` to each of `items`, one at a time, as work that differs much from one to another.
+/// Applies `job` to each of `items`, one at a time, for work whose items take very different times.
 pub(crate) fn map_each<T: Sync, R: Send>(
     items: &[T],
     threads: usize,
@@ -52,7 +52,7 @@ pub(crate) fn map_each<T: Sync, R: Send>(
     map_chunks(items.len(), 1, threads, |range| job(&items[range.start]))
 }
 
-/// Does two jobs side by side.
+/// Runs two jobs at the same time.
 pub fn both<A: Send, B: Send>(
     threads: usize,
     a: impl FnOnce() -> A + Send,
@@ -65,7 +65,7 @@ pub fn both<A: Send, B: Send>(
     first.zip(second).unwrap_or_else(|| unreachable!("share does every job"))
 }
 
-/// Hands `out` to `job` in pieces of length `chunk`, each with the index of its first element.
+/// Passes `out` to `job` in pieces of length `chunk`, each with the index of its first element.
 pub(crate) fn fill_chunks<T: Send>(
     out: &mut [T],
     chunk: usize,
@@ -75,7 +75,7 @@ pub(crate) fn fill_chunks<T: Send>(
     share(out.chunks_mut(chunk).enumerate(), threads, |(i, piece)| job(i * chunk, piece));
 }
 
-/// Cuts `out` into consecutive pieces of the given lengths, which add up to its own at most.
+/// Splits `out` into consecutive pieces of the given lengths, whose sum is at most its own.
 pub(crate) fn split_by<T>(
     mut out: &mut [T],
     lengths: impl IntoIterator<Item = usize>,
@@ -88,7 +88,7 @@ pub(crate) fn split_by<T>(
     cut.collect()
 }
 
-/// Hands each of `items` to `job`, on whichever thread is free.
+/// Passes each of `items` to `job`, on whichever thread is free.
 pub(crate) fn share<T>(
     items: impl ExactSizeIterator<Item = T> + Send,
     threads: usize,
@@ -102,7 +102,7 @@ pub(crate) fn share<T>(
     });
 }
 
-/// Runs `worker` on so many threads; on fewer where the system starts no more.
+/// Runs `worker` on this many threads, or on fewer if the system starts no more.
 fn run(threads: usize, worker: impl Fn() + Sync) {
     std::thread::scope(|scope| {
         for _ in 1..threads {
@@ -117,7 +117,7 @@ fn run(threads: usize, worker: impl Fn() + Sync) {
     poll();
 }
 
-/// Does a job unless all of the work was called off.
+/// Runs a job unless the work was cancelled.
 fn polled<T, R>(job: impl Fn(T) -> R, item: T) -> R {
     poll();
     job(item)

@@ -1,16 +1,16 @@
-//! Objects in one piece.
+//! Splits objects into connected components of cells.
 //!
-//! A cluster that HDBSCAN keeps whole takes along what lies as far off as its nearest neighbour
-//! cluster does: single cells of noise, each of which would be given a toe of its own.
+//! An HDBSCAN cluster can hold isolated cells of noise as far away as the next cluster. Each would
+//! get a toe of its own.
 
 use crate::cancel::Polled;
 use crate::connectivity::NOBODY;
 use crate::heightmap::Grid;
 
-/// Splits every object into pieces with no gap wider than `gap` cells, numbered by size.
+/// Splits every object into components with no gap wider than `gap` cells, numbered by size.
 ///
-/// Pieces of fewer than `fewest` cells are nobody's. Of two pieces of equal size the one with the
-/// lower first cell comes first.
+/// Components of fewer than `fewest` cells are unlabelled. Of two components of equal size the one
+/// with the lower first cell comes first.
 ///
 /// # Examples
 ///
@@ -38,7 +38,7 @@ pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> 
     out
 }
 
-/// The piece that `first` belongs to, taken out of `left`.
+/// The component that holds `first`, removed from `left`.
 fn take_piece(grid: &Grid, left: &mut [i32], first: usize, gap: u32) -> Option<Vec<usize>> {
     let label = std::mem::replace(&mut left[first], NOBODY);
     if label == NOBODY {

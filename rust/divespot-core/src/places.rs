@@ -1,10 +1,10 @@
-//! Points as seen from an origin.
+//! Points relative to an origin, without copying them.
 
 use std::ops::Range;
 
 use crate::Point;
 
-/// Points, and the origin that they are seen from: as good as a copy near it, without the copy.
+/// Points and an origin: they read like a copy relative to the origin.
 ///
 /// # Examples
 ///
@@ -23,25 +23,25 @@ pub struct Places<'a> {
 }
 
 impl<'a> Places<'a> {
-    /// Points as seen from `origin`.
+    /// Points relative to `origin`.
     #[must_use]
     pub fn about(points: &'a [Point], origin: Point) -> Self {
         Self { points, origin }
     }
 
-    /// How many there are.
+    /// The number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// A copy near the origin.
+    /// A copy relative to the origin.
     #[must_use]
     pub fn to_vec(&self) -> Vec<Point> {
         self.iter().collect()
@@ -57,7 +57,7 @@ impl<'a> Places<'a> {
         self.within(0..self.points.len())
     }
 
-    /// Those of some rows.
+    /// The points of some rows.
     #[inline]
     pub(crate) fn within(&self, rows: Range<usize>) -> impl Iterator<Item = Point> + use<'a> {
         let origin = self.origin;

@@ -1,4 +1,5 @@
-//! The plane with the most support (paper, Algorithm 2, lines 2 and 3): RANSAC, then least squares.
+//! The plane with the most support (paper, Algorithm 2, lines 2 and 3): RANSAC, then least squares;
+//! distances in m.
 
 use nalgebra::Vector3;
 
@@ -10,32 +11,33 @@ use crate::parallel::map_chunks;
 use crate::sample::{mix, sample};
 use crate::{Bounds, Places, Point, thread_count};
 
-/// Hypotheses are scored on this many points, drawn once: the score's standard error is under one
-/// per cent of the points, and the sample stays in the cache.
+/// Number of random points on which hypotheses are scored: the standard error of a share is below 1
+/// % (closed form: 0.5 / √4096), and the sample fits in the cache.
 const SCORED: usize = 4096;
 const BLOCK: usize = 256;
 const CHUNK: usize = 1 << 14;
-/// Tried at least, whatever the support; and the chance taken of missing the best plane.
+/// Fewest hypotheses, whatever the support; and accepted probability of missing the best plane.
+/// Chosen.
 const LEAST_HYPOTHESES: u32 = 100;
 const MISSED: f64 = 1e-6;
-/// Rounds of refitting to all inliers; the set of inliers settles in two or three.
+/// Most refits to all inliers; the inliers settle after two or three. Chosen.
 const REFITS: usize = 8;
 
-/// A plane `normal · p = offset_m` and the points that made it.
+/// A plane `normal · p = offset_m` and its inliers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// Unit normal; of its two signs the one given by the caller's axis, else z ≥ 0.
+    /// Unit normal; its sign follows the caller's axis, or else z ≥ 0.
     pub normal: Point,
-    /// Distance from the cloud's origin along the normal.
+    /// Distance from the cloud's origin along the normal, in m.
     pub offset_m: f64,
-    /// Points within the threshold.
+    /// Number of points within the threshold.
     pub inliers: usize,
-    /// Root mean square distance of the inliers.
+    /// Root mean square distance of the inliers, in m.
     pub rms_m: f64,
 }
 
 impl Plane {
-    /// The signed distance of a point, positive on the normal's side.
+    /// Signed distance of a point in m, positive on the normal's side.
     #[must_use]
     pub fn height(&self, p: &Point) -> f64 {
         let [a, b, c] = self.normal;
@@ -43,35 +45,36 @@ impl Plane {
     }
 }
 
-/// The directions that a normal may have.
+/// A cone of directions for a normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cone {
     /// The axis; the fitted normal points to its side.
     pub axis: Point,
-    /// The largest angle between normal and axis.
+    /// Largest angle between normal and axis, in radians.
     pub half_angle_rad: f64,
 }
 
-/// What [`fit_plane`] needs to know.
+/// The settings of [`fit_plane`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// A point this near to the plane supports it.
+    /// Largest distance of an inlier, in m.
     pub threshold_m: f64,
-    /// Planes through three random points that are tried, at most.
+    /// Most planes through three random points that are tried.
     pub hypotheses: u32,
-    /// Where given, only planes with such a normal are considered.
+    /// If given, only planes with a normal in this cone are considered.
     pub cone: Option<Cone>,
     /// Seed of the random draws.
     pub seed: u64,
-    /// Threads to use.
+    /// Number of threads.
     pub threads: usize,
 }
 
 /// Fits the plane that most points support.
 ///
-/// Hypotheses through three random points are scored by MSAC (the sum of squared distances, each
-/// capped at the threshold) on a fixed random sample; the best is refitted to all points within
-/// the threshold until the fit settles. The same points give the same bits in any order.
+/// Hypotheses through three random points are scored by MSAC (sum of squared distances, each capped
+/// at the threshold; Torr and Zisserman 2000) on a fixed random sample. The best is refitted to all
+/// points within the threshold until its inliers settle. The same points give the same bits in any
+/// order.
 ///
 /// # Errors
 ///
@@ -103,13 +106,13 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
     Ok(settled(points, &scored, best_hypothesis(&scored, settings)?, settings))
 }
 
-/// The points that hypotheses are scored on.
+/// The points on which hypotheses are scored.
 pub(crate) fn scored<'a>(points: impl Into<Places<'a>>, settings: &Settings) -> Vec<Point> {
     sample(points, SCORED, settings.seed, settings.threads)
 }
 
-/// Refits a plane until its inliers stay the same, or it would leave the cone: to the few points
-/// scored first, which leaves little to settle on all of them.
+/// Refits a plane until its inliers stay the same or it would leave the cone; first to the scored
+/// points, so that few rounds on all points remain.
 pub(crate) fn settled<'a>(
     points: impl Into<Places<'a>>,
     scored: &[Point],
@@ -157,15 +160,16 @@ fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
     best.map(|(_, plane)| plane).ok_or(Error::Degenerate(reason))
 }
 
-/// Further hypotheses until one free of outliers was among them, if none supports more points.
+/// How many more hypotheses are needed until one was free of outliers, if no plane has more
+/// support.
 fn still_needed(drawn: &[Point], plane: &Plane, threshold_m: f64) -> u32 {
     let on = drawn.iter().filter(|p| plane.height(p).abs() <= threshold_m).count();
     let clean = (on as f64 / drawn.len() as f64).powi(3);
     (libm::log(MISSED) / libm::log1p(-clean)).ceil().min(f64::from(u32::MAX)) as u32
 }
 
-/// The plane through three points drawn for hypothesis `i`; `None` where they are (nearly) on one
-/// line or the plane is not admissible.
+/// The plane through three points drawn for hypothesis `i`; `None` if they are (almost) on one line
+/// or the plane is outside the cone.
 fn hypothesis(drawn: &[Point], settings: &Settings, i: u64) -> Option<Plane> {
     let draw = |k: u64| {
         #[allow(clippy::cast_possible_truncation)] // the remainder is an index
@@ -198,7 +202,7 @@ fn oriented(normal: Vector3<f64>, on: &Vector3<f64>, cone: Option<Cone>) -> Opti
     Some((normal.into(), normal.dot(on)))
 }
 
-/// The sum of squared distances, each at most the squared threshold; given up above `bound`.
+/// Sum of squared distances in m², each capped at the squared threshold; stops above `bound`.
 fn msac(drawn: &[Point], plane: &Plane, threshold_m: f64, bound: f64) -> f64 {
     let most = threshold_m * threshold_m;
     let mut cost = 0.0;
@@ -211,7 +215,7 @@ fn msac(drawn: &[Point], plane: &Plane, threshold_m: f64, bound: f64) -> f64 {
     cost
 }
 
-/// The least-squares plane of all points near `plane`; `None` where the fit leaves the cone.
+/// The least-squares plane of all points near `plane`; `None` if it leaves the cone.
 fn refit(points: Places<'_>, plane: &Plane, fixed: Fixed, settings: &Settings) -> Option<Plane> {
     let near = |p: &Point| plane.height(p).abs() <= settings.threshold_m;
     let parts = map_chunks(points.len(), CHUNK, thread_count(settings.threads), |range| {

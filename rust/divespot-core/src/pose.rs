@@ -1,4 +1,4 @@
-//! Posture correction (paper, Algorithm 2, lines 4 to 6): the ground's normal is turned onto +z.
+//! Levels a scan (paper, Algorithm 2, lines 4 to 6): the ground's normal is rotated onto +z.
 
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
@@ -7,16 +7,16 @@ use crate::parallel::{fill_chunks, map_chunks};
 use crate::{Bounds, Places, Point, thread_count};
 
 const CHUNK: usize = 1 << 14;
-/// Sine of an angle to the z axis below which there is no turn to make.
+/// Sine of the angle to the z axis below which no rotation is needed: rounding.
 const PARALLEL: f64 = 1e-14;
 
 /// A rotation as its three rows; `rotation · p` for a column vector.
 pub type Rotation = [[f64; 3]; 3];
 
-/// The rotation that takes `normal` onto +z by the shortest way (Rodrigues' formula).
+/// The shortest rotation of `normal` onto +z (Rodrigues' formula).
 ///
-/// The axis is the unit vector along `normal × z`, not z itself as the paper's formula prints.
-/// A normal along z needs no turn; one along -z has no shortest way and is turned about x.
+/// The axis is the unit vector along `normal × z`, not z itself as printed in the paper. A normal
+/// along z needs no rotation; one along -z is rotated about x, since all axes are equally short.
 ///
 /// # Errors
 ///
@@ -46,7 +46,7 @@ pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
     Ok(rows(rotation.matrix()))
 }
 
-/// The rotation that lays a plane with this normal level and the scan along x.
+/// The rotation that levels a plane with this normal and aligns the scan with x.
 ///
 /// # Errors
 ///
@@ -78,11 +78,11 @@ pub fn leveling<'a>(
     Ok(std::array::from_fn(|r| std::array::from_fn(|c| dot(along[r], column(c)))))
 }
 
-/// The rotation about z that lays the longer side of the points' smallest enclosing rectangle
-/// along x.
+/// The rotation about z that aligns the longer side of the points' smallest enclosing rectangle
+/// with x.
 ///
-/// Any grid may lie at any angle; this one turns with the scan, so a turned scan gets the same
-/// cells and the same volume.
+/// A grid may have any orientation. This one rotates with the scan, so that a rotated scan gets the
+/// same cells and the same volume.
 fn align_to_rectangle(
     count: usize,
     point: impl Fn(usize) -> Point + Sync,
@@ -96,7 +96,7 @@ fn align_to_rectangle(
     rows(Rotation3::from_axis_angle(&Vector3::z_axis(), -angle).matrix())
 }
 
-/// The area of the points' convex hull in plan.
+/// Area of the points' convex hull in plan, in m².
 pub(crate) fn hull_area(points: &[Point]) -> f64 {
     let hull = convex_hull(points, 1);
     let corners = hull.iter().zip(hull.iter().cycle().skip(1));
@@ -113,7 +113,7 @@ pub fn rotate(points: &[Point], rotation: &Rotation, threads: usize) -> Vec<Poin
     out
 }
 
-/// Turns points about an origin near them, which is turned itself, and lowers them by an offset.
+/// Rotates points about an origin near them, which is rotated itself, and lowers them by an offset.
 pub fn level(
     points: &mut [Point],
     origin: Point,
@@ -178,7 +178,7 @@ fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
 }
 
-/// Points that are first looked at together: hardly any lies farther than all before.
+/// Points that are tested together: hardly any is farther out than all before. Decides no answer.
 const BLOCK: usize = 64;
 
 /// The points that can be on the hull: none inside the octagon of the outermost points is.
@@ -207,7 +207,7 @@ fn outer(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) ->
     outside.concat()
 }
 
-/// A box, as its lowest and highest corner, that lies amid the eight corners, most likely: most points
+/// A box, as its lowest and highest corner, inside the octagon of the eight corners; most points
 /// are in it.
 fn box_amid(corners: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
     let [_, right_top, _, left_top, _, left_low, _, right_low]: [_; 8] = corners.try_into().ok()?;
@@ -216,7 +216,7 @@ fn box_amid(corners: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
     Some([low, high])
 }
 
-/// The points that lie farthest in eight directions, counter-clockwise from +x.
+/// The outermost points in eight directions, counter-clockwise from +x.
 fn farthest(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
     let parts = map_chunks(count, CHUNK, threads, |range| {
         let mut all = Farthest::one(point(range.start));
@@ -231,7 +231,7 @@ fn farthest(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize)
     parts.into_iter().reduce(Farthest::or).map_or(Vec::new(), |all| all.places.to_vec())
 }
 
-/// The places that lie farthest in eight directions, and how far.
+/// The outermost places in eight directions, and their distances.
 struct Farthest {
     along: [f64; 8],
     places: [[f64; 2]; 8],
@@ -243,7 +243,7 @@ impl Farthest {
         Self { along: [a, b, c, d, -a, -b, -c, -d], places: [[x, y]; 8] }
     }
 
-    /// Whether any of some points lies farther.
+    /// Whether any of some points is farther out.
     fn is_passed(&self, points: impl Iterator<Item = Point>) -> bool {
         let start = ([f64::NEG_INFINITY; 4], [f64::INFINITY; 4]);
         let (most, least): ([f64; 4], [f64; 4]) = points.fold(start, |(most, least), [x, y, _]| {
@@ -255,7 +255,7 @@ impl Farthest {
         (0..4).any(|k| most[k] > self.along[k] || -least[k] > self.along[k + 4])
     }
 
-    /// The farther of both; of two equally far ones the first.
+    /// The farther out of both; ties go to the first.
     fn or(mut self, other: Self) -> Self {
         for k in 0..8 {
             if other.along[k] > self.along[k] {

@@ -1,4 +1,4 @@
-//! Points that share a position: of a file that was merged with itself, or of rounded coordinates.
+//! Points that share a position, as in files merged with themselves or with rounded coordinates.
 
 use std::cmp::Ordering;
 
@@ -19,8 +19,8 @@ pub(crate) fn distinct(points: &[Point]) -> Vec<Point> {
 
 /// Whether each point has at least `min_neighbors` other positions within `radius_m`.
 ///
-/// As [`radius_outlier_mask`], but points that share a position count once: a stray that a file
-/// holds six times is no less alone.
+/// As [`radius_outlier_mask`], but points that share a position count once: an outlier that a file
+/// holds six times is still isolated.
 ///
 /// # Errors
 ///

@@ -1,11 +1,11 @@
-//! Random draws that depend on a seed and on the points, never on their order.
+//! Random samples that depend on a seed and on the points, but not on their order.
 
 use crate::fixed::Fixed;
 use crate::moments::Spread;
 use crate::parallel::map_chunks;
 use crate::{Bounds, Places, Point, thread_count};
 
-/// A 64-bit mix of good quality (the finaliser of SplitMix64).
+/// A 64-bit hash of good quality (the finaliser of SplitMix64).
 #[must_use]
 pub(crate) fn mix(mut z: u64) -> u64 {
     z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -14,16 +14,17 @@ pub(crate) fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Points that a thread takes at a time.
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 14;
-/// Shells of distance from the middle, in a root mean square distance.
+/// Shells of distance from the middle within one root mean square distance. Chosen: fine enough to
+/// tell points apart.
 const SHELLS: f64 = (1u64 << 20) as f64;
 
 /// Up to `count` of `points`, drawn at random and in random order.
 ///
-/// A point's place follows from `seed` and from its distance to the middle of the cloud, as a
-/// multiple of the root mean square of all distances: a cloud that is shuffled, moved, turned or
-/// scaled gives the same sample, but for a few points that rounding puts into another shell.
+/// A point's rank follows from `seed` and its distance to the middle of the cloud, relative to the
+/// root mean square of all distances. So a cloud that is shuffled, shifted, rotated or scaled gives
+/// the same sample, except for a few points that rounding moves into another shell.
 ///
 /// # Examples
 ///
@@ -55,9 +56,9 @@ pub fn sample<'a>(
     drawn.into_iter().map(|(_, i)| points.at(i as usize)).collect()
 }
 
-/// The points with the `count` lowest keys and few more, each as its key and index.
+/// The points with the `count` lowest keys and a few more, each as its key and index.
 ///
-/// Keys are spread evenly, so a bound a little above the expected one leaves little to sort.
+/// Keys are uniform, so that a bound slightly above the expected one leaves little to sort.
 fn lowest(points: Places<'_>, count: usize, seed: u64, threads: usize) -> Vec<(u64, u32)> {
     let Some(shells) = Shells::around(points, threads) else { return Vec::new() };
     let seed = mix(seed);
@@ -76,7 +77,7 @@ fn lowest(points: Places<'_>, count: usize, seed: u64, threads: usize) -> Vec<(u
     }
 }
 
-/// Distances from the middle of a cloud, in steps that grow with it.
+/// Distances from the middle of a cloud, in steps relative to its size.
 struct Shells {
     middle: Point,
     per_metre: f64,

@@ -1,8 +1,9 @@
 //! Whether a cloud was taken from one place.
 //!
-//! A sensor sees one range in each direction, and its pixels or pulses lie evenly in directions:
-//! on a surface they lie farther apart with range and slant. A cloud that was fused, flown,
-//! resampled or made from heights lies more evenly in space or in plan than as seen from anywhere.
+//! A sensor measures one range in each direction, with pixels or pulses evenly spaced in direction.
+//! On a surface their spacing grows with range and incidence. A cloud that was fused, flown,
+//! resampled or made from heights is more even in space or in plan than in directions from any
+//! place.
 
 use crate::count::to_f64;
 use crate::nearest::Tree;
@@ -10,36 +11,40 @@ use crate::parallel::{map_chunks, map_each};
 use crate::sample::sample;
 use crate::{Point, thread_count};
 
-/// Looked at are so many points, and the neighbourhoods of every tenth of them.
+/// Number of points drawn, and every how many of them its neighbourhood is examined. Chosen.
 const DRAWN: usize = 10_000;
 const EVERY: usize = 10;
-/// Fewer have no evenness.
+/// The fewest points for a spread of spacings. Chosen.
 const FEWEST: usize = 500;
-/// The neighbour whose distance is the local spacing: random points have it to an eighth.
+/// The neighbour whose distance is the local spacing. Among random points it is known to an eighth
+/// (closed form: 1 / (2 √16)).
 const NEIGHBOR: usize = 16;
-/// Neighbours in direction whose ranges are compared.
+/// Neighbours in direction whose ranges are compared: those around a point of a square grid.
 const BESIDE: usize = 8;
-/// Neighbours in direction are apart where their ranges differ by so many times their distance
-/// across, and by this share of the range, more than any sensor's noise: a surface seen at 6° and
-/// less, or one behind another.
+/// Neighbours in direction lie on different surfaces if their ranges differ by this many times
+/// their distance across, and by this share of the range, which is above any sensor's noise: a
+/// surface seen at an angle of 6° or less, or one behind another.
 const APART: f64 = 10.0;
 const NOISE: f64 = 0.02;
-/// The largest share of directions with ranges apart: edges, before they are no longer lines.
+/// Largest share of directions next to such a step in range: edges, as long as they are lines.
+/// Chosen.
 const EDGES: f64 = 0.2;
-/// The share of the points that lies within a sensor's view; the rest may be strays.
+/// Share of the points within a sensor's view; the rest may be outliers. Chosen.
 const IN_VIEW: f64 = 0.99;
-/// The half angle of a view, in which perspective tells itself from a parallel projection by a
-/// tenth of an octave; and that of a half space, beyond which no camera sees.
+/// Smallest and largest half angle of a view, in radians. At the smallest, perspective differs from
+/// a parallel projection by a tenth of an octave; the largest is about a half space, beyond which
+/// no camera sees.
 const VIEW_RAD: (f64, f64) = (0.09, 1.5);
-/// The part of a distribution on either side that its spread leaves out.
+/// Share of a distribution that its spread leaves out on either side. Chosen.
 const TAIL: f64 = 0.1;
 
 type Vector = nalgebra::Vector3<f64>;
 
-/// The spread of spacings as seen from a place, divided by the smaller one in space and in plan.
+/// The spread of spacings as seen from a place, divided by the smaller of those in space and in
+/// plan.
 ///
-/// Below 1, the points lie more evenly in direction than anywhere else. `None` where no sensor can
-/// have stood there: it would see one thing behind another, all around itself, or too little.
+/// Below 1, the points are most even in direction. `None` if no sensor can have been there: it
+/// would see one surface behind another, look to all sides, or have too few points.
 ///
 /// # Examples
 ///
@@ -72,7 +77,7 @@ pub fn unevenness_of_rays(points: &[Point], from: Point, seed: u64, threads: usi
     Some(seen / lies.max(f64::MIN_POSITIVE))
 }
 
-/// The coordinate axis nearest to the middle of a view; `None` where the points are in no view.
+/// The coordinate axis nearest to the middle of the view; `None` if the points are in no view.
 fn view_axis(points: &[Point]) -> Option<usize> {
     let sum: Vector = points.iter().map(|p| Vector::from(*p).normalize()).sum();
     let middle = sum.try_normalize(0.0)?;
@@ -86,7 +91,7 @@ fn without(mut p: Point, axis: usize) -> Point {
     p
 }
 
-/// The share of places next to which, as seen from the origin, something lies at another range.
+/// Share of places next to which, as seen from the origin, another surface lies at another range.
 fn hidden_share(points: &[Point], rays: &[Point], threads: usize) -> f64 {
     let range = |row: usize| Vector::from(points[row]).norm();
     let apart = around(rays, BESIDE, threads, |row, near| {
@@ -99,7 +104,7 @@ fn hidden_share(points: &[Point], rays: &[Point], threads: usize) -> f64 {
     to_f64(apart.iter().filter(|apart| **apart).count()) / to_f64(apart.len().max(1))
 }
 
-/// How many times wider, as a logarithm, the widest spacings are than the narrowest.
+/// Logarithm of the ratio of the widest to the narrowest spacings.
 fn spread(points: &[Point]) -> f64 {
     let spacings = around(points, NEIGHBOR, 1, |row, near| {
         let farthest = near.last().map_or(0.0, |&k| distance(&points[row], &points[k as usize]));
@@ -109,7 +114,7 @@ fn spread(points: &[Point]) -> f64 {
     quantile(&spacings, 1.0 - TAIL) - quantile(&spacings, TAIL)
 }
 
-/// What `look` says of every tenth row and the rows of its nearest neighbours.
+/// The results of `look` for every tenth row and its nearest neighbours.
 fn around<T: Send>(
     points: &[Point],
     neighbors: usize,
@@ -125,7 +130,7 @@ fn around<T: Send>(
     parts.into_iter().flatten().collect()
 }
 
-/// Points in a leaf of the tree, and places that a thread takes at a time.
+/// Points in a leaf of the tree, and places for a thread at a time. Decide no answer.
 const LEAF: usize = 32;
 const CHUNK: usize = 100;
 
@@ -153,12 +158,12 @@ mod tests {
         (mix(i) % 1_000_000) as f64 / 1e6
     }
 
-    /// The height of a heap of 0.3 m on a floor.
+    /// Height of a heap of 0.3 m on a floor.
     fn heap(x: f64, y: f64) -> f64 {
         (0.3 - 0.5 * x.hypot(y)).max(0.0)
     }
 
-    /// What a camera 2 m above the floor sees that looks down at 45°, with z forward and y up.
+    /// The view of a camera 2 m above the floor, tilted down by 45°, with z forward and y up.
     fn frame() -> Vec<Point> {
         let slant = std::f64::consts::FRAC_1_SQRT_2;
         (0..6000)

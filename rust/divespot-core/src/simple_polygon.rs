@@ -1,10 +1,10 @@
-//! Whether a closed line is simple, and what lies inside of it.
+//! Whether a polygon is simple (no two edges cross), and whether a place lies inside polygons.
 //!
-//! Two edges can cross only where their projections on every line overlap. Edges that follow each
-//! other lie near each other: a tree over them holds the projections on a few directions of ever more
-//! of them (discrete orientation polytopes: Klosowski et al. 1998, IEEE TVCG 4:21), and is joined
-//! with itself where these overlap. An outline of n edges takes n log n. The teeth of a comb overlap with
-//! a few of a hundred others, the more the closer they stand.
+//! Two edges can cross only if their projections on every line overlap. Consecutive edges are near
+//! each other, so a tree over the edges holds the extent of ever longer stretches in a few
+//! directions (discrete orientation polytopes: Klosowski et al. 1998, IEEE TVCG 4:21). The tree is
+//! joined with itself where these extents overlap. An outline of n edges takes n log n. The teeth
+//! of a comb overlap with a few of a hundred others, the more the closer they are.
 
 use std::f64::consts::PI;
 
@@ -13,23 +13,23 @@ use robust::{Coord, orient2d};
 use crate::cancel::poll;
 use crate::{Error, Result};
 
-/// A place in the plane.
+/// A place in plan, in m.
 pub type Place = [f64; 2];
 
-/// Directions of the projections: a comb's teeth overlap from all sides but one.
+/// Directions of the projections. Chosen: the teeth of a comb overlap in all directions but one.
 const DIRECTIONS: usize = 8;
 
-/// Pairs of tree nodes that are compared at most, some seconds of work; no line around an area needs
-/// so many.
+/// Most pairs of tree nodes that are compared, some seconds of work. Chosen: no outline needs so
+/// many.
 const MOST_PAIRS: usize = 1_000_000_000;
 
-/// Projections are off by less than this share of the distance from the line's first corner.
+/// Bound on the rounding of projections, relative to the distance from the line's first corner.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Pairs between two looks at whether the work was called off.
+/// Pairs between two checks for cancellation. Decides no answer.
 const POLLED: usize = 1 << 16;
 
-/// The projections of some edges on each direction.
+/// The extents of some edges in each direction.
 #[derive(Debug, Clone, Copy)]
 struct Spans {
     low: [f64; DIRECTIONS],
@@ -59,13 +59,13 @@ impl Spans {
     }
 }
 
-/// The first corner of a closed line whose edge crosses another edge; `None` if no two cross.
+/// The first corner of a polygon whose edge crosses another edge; `None` if no two cross.
 ///
-/// Edges may touch. The last corner is not the first one again.
+/// Edges may touch. The first corner is not repeated at the end.
 ///
 /// # Errors
 ///
-/// The line is so intricate that its edges overlap from all sides.
+/// The line is so intricate that its edges overlap in all directions.
 ///
 /// # Examples
 ///
@@ -101,7 +101,7 @@ struct Join<'a> {
 }
 
 impl Join<'_> {
-    /// Looks at two nodes, and asks for what is below them.
+    /// Compares two nodes, and queues their children.
     fn part(&mut self, one: usize, other: usize, waiting: &mut Vec<(usize, usize)>) {
         self.pairs += 1;
         if self.pairs.is_multiple_of(POLLED) {
@@ -135,7 +135,7 @@ impl Join<'_> {
     }
 }
 
-/// The projections of all edges, and of each node's.
+/// The extents of all edges, and of each node's.
 fn tree(line: &[Place]) -> Vec<Option<Spans>> {
     let turns: [(f64, f64); DIRECTIONS] =
         std::array::from_fn(|k| libm::sincos(k as f64 * PI / DIRECTIONS as f64));
@@ -161,7 +161,7 @@ fn edge_of(line: &[Place], edge: usize) -> (Place, Place) {
     (line[edge], line[(edge + 1) % line.len()])
 }
 
-/// Whether two edges cross, rather than touch or share a corner.
+/// Whether two edges cross, as opposed to touching or sharing a corner.
 fn cross(line: &[Place], one: usize, other: usize) -> bool {
     let ((a, b), (c, d)) = (edge_of(line, one), edge_of(line, other));
     let apart = |k: usize| a[k].max(b[k]) < c[k].min(d[k]) || c[k].max(d[k]) < a[k].min(b[k]);
@@ -171,7 +171,7 @@ fn cross(line: &[Place], one: usize, other: usize) -> bool {
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
 }
 
-/// On which side of the line from `a` to `b` a place lies: 1, -1, or 0 on it, exactly.
+/// The side of the line from `a` to `b` on which a place lies: 1, -1, or 0 on it; exact.
 fn side(a: Place, b: Place, p: Place) -> f64 {
     let turn = orient2d(coord(a), coord(b), coord(p));
     if turn == 0.0 { 0.0 } else { turn.signum() }
@@ -181,7 +181,7 @@ fn coord([x, y]: Place) -> Coord<f64> {
     Coord { x, y }
 }
 
-/// Whether a place lies inside an odd number of closed lines.
+/// Whether a place lies inside an odd number of polygons.
 ///
 /// # Examples
 ///
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(first_crossing(&[[1.0, 2.0]]), Ok(None));
     }
 
-    /// Pairs that are compared for a line.
+    /// Number of pairs that are compared for a line.
     fn pairs(line: &[Place]) -> usize {
         let mut join = Join { line, tree: tree(line), pairs: 0, first: None };
         let mut waiting = vec![(1, 1)];
@@ -267,7 +267,8 @@ mod tests {
                 [cos * x - sin * y, sin * x + cos * y]
             };
             let line: Vec<Place> = (0..20_000).map(tooth).collect();
-            // Halfway between two directions a tooth overlaps with all within a fifth of its length.
+            // Halfway between two directions a tooth overlaps with all within a fifth of its
+            // length.
             let most = if turn == 0.2 { 5000 } else { 40 };
             assert!(pairs(&line) < most * line.len(), "{turn}: {}", pairs(&line));
         }

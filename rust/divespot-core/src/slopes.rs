@@ -1,4 +1,5 @@
-//! Where a height map slopes gently, over windows in which its noise is small.
+//! Which cells of a height map slope gently (less than 7.5°), measured over windows in which the
+//! noise of the slope is small.
 
 use crate::cancel::Polled;
 use crate::count::to_f64;
@@ -7,16 +8,17 @@ use crate::hypotenuse::Hypotenuse;
 use crate::material::{FLATTEST, GENTLE};
 use crate::robust::{median, scale};
 
-/// The window of the slope is so wide that its noise is this many times smaller than [`GENTLE`].
+/// The window is so wide that the noise of the slope is this many times smaller than [`GENTLE`].
+/// Chosen.
 const CERTAIN: f64 = 8.0;
-/// Half-widths of that window, in cells.
+/// Half-widths of that window, in cells. Chosen.
 const REACHES: std::ops::RangeInclusive<usize> = 1..=6;
 
 /// Whether the slope across the window around each cell is gentle.
 pub(crate) struct Slopes {
     /// Half-width of the window, in cells.
     pub(crate) reach: usize,
-    /// Standard deviation of a cell's height.
+    /// Standard deviation of a cell's height, in m.
     pub(crate) noise_m: f64,
     pub(crate) gentle: Vec<bool>,
 }
@@ -42,15 +44,15 @@ impl Slopes {
     }
 }
 
-/// The slope of the whole scene, where that is flatter than any flank: of a hillside's scan that was
-/// not turned level.
+/// The slope of the whole scene, if it is flatter than any flank; for scans of hillsides that were
+/// not levelled.
 fn tilt(slopes: &[[f64; 2]]) -> [f64; 2] {
     let known = |k: usize| slopes.iter().map(|s| s[k]).filter(|v| !v.is_nan()).collect();
     let tilt = [0, 1].map(|k| median(known(k)));
     if tilt[0].hypotenuse(tilt[1]) < FLATTEST { tilt } else { [0.0; 2] }
 }
 
-/// The half-width of a window over which the noise of the slope is small.
+/// Half-width, in cells, of a window over which the noise of the slope is small.
 fn reach(grid: &Grid, noise: f64) -> usize {
     let certain = |&k: &usize| {
         let half = to_f64(k * (2 * k + 1));
@@ -59,7 +61,8 @@ fn reach(grid: &Grid, noise: f64) -> usize {
     REACHES.into_iter().find(certain).unwrap_or(*REACHES.end())
 }
 
-/// The noise of a cell's height, from second differences along the rows.
+/// Noise of a cell's height in m, from second differences along the rows: their standard deviation
+/// over √6.
 fn cell_noise(grid: &Grid, heights_m: &[f64]) -> f64 {
     let bends = heights_m
         .chunks(grid.columns.max(1))
@@ -67,7 +70,7 @@ fn cell_noise(grid: &Grid, heights_m: &[f64]) -> f64 {
     scale(bends.filter(|b| !b.is_nan())) / 6.0_f64.sqrt()
 }
 
-/// Sums of the seen heights over all rectangles from the grid's corner, and their number.
+/// Summed-area table of the seen heights and of their number.
 struct Sums<'a> {
     grid: &'a Grid,
     sums: Vec<(f64, f64)>,
@@ -91,8 +94,8 @@ impl<'a> Sums<'a> {
         Self { grid, sums }
     }
 
-    /// The mean over cells from `columns.0` to `columns.1` and `rows.0` to `rows.1` off a column
-    /// and row; NaN where fewer than half of them were seen.
+    /// Mean over the cells from `columns.0` to `columns.1` and `rows.0` to `rows.1` relative to a
+    /// column and row; NaN if fewer than half of them were seen.
     fn mean(
         &self,
         (column, row): (usize, usize),

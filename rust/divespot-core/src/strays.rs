@@ -1,37 +1,38 @@
-//! Strays among few points.
+//! Outliers among few points.
 //!
-//! Thinning with voxels leaves a point of the surface for hundreds, and every stray: in a cloud of
-//! a few hundred points half of them may be strays, and each would be a corner of the surface. A
-//! point of the surface lies in one plane with most of its neighbours, tilted and bent as bulk
-//! material may be; a stray does not, and stands against neighbours that do.
+//! Thinning by voxels leaves one point of the surface for hundreds, but every outlier. In a cloud
+//! of a few hundred points half may be outliers, and each would be a corner of the triangulated
+//! surface. A point of the surface lies in one plane with most of its neighbours, within the slope
+//! and curvature of bulk material. An outlier does not, and its neighbours do.
 
 use crate::Point;
 use crate::hypotenuse::Hypotenuse;
 use crate::nearest::Tree;
 use crate::parallel::map_chunks;
 
-/// Neighbours in plan that a point is held against: on a square grid, all around it.
+/// Neighbours in plan that are compared with a point: those around it on a square grid.
 const AROUND: usize = 8;
-/// Neighbours that are known, to have so many left where most are strays.
+/// Neighbours that are found beforehand, so that enough remain if most are outliers. Chosen.
 const KNOWN: usize = 32;
-/// The slopes that are tried, each in so many directions: level, and up to 42°, which with
-/// [`BEND`] reaches beyond every angle of repose.
+/// Slopes of the planes tried, as rise over run, each in several directions, besides the level one:
+/// up to 42°, which with [`BEND`] covers every angle of repose.
 const SLOPES: [f64; 3] = [0.3, 0.6, 0.9];
 const DIRECTIONS: u32 = 8;
-/// What the surface's slope changes by between neighbours: half the step between the slopes tried,
-/// and as much again for its curvature.
+/// Largest deviation of a neighbour from the plane, as rise over run: half the step between the
+/// slopes tried, and as much again for curvature.
 const BEND: f64 = 0.3;
-/// With less than this share of its neighbours in its plane, a point may be a stray.
+/// A point with less than this share of its neighbours in its plane may be an outlier. Chosen:
+/// half.
 const LEAST: f64 = 0.5;
-/// Points in a leaf of the tree, in which every point searches.
+/// Points in a leaf of the tree. Decides no answer.
 const LEAF: usize = 16;
 const CHUNK: usize = 256;
 
 /// Which of levelled points lie on the surface that they are samples of.
 ///
-/// Of two points that
-/// cannot both lie on the surface the one goes that fewer others agree with, unless half of its
-/// neighbours do. The same points give the same mask in any order.
+/// Of two points that cannot both lie on the surface, the one with less support is an outlier,
+/// unless at least half of its neighbours support it. The same points give the same mask in any
+/// order.
 ///
 /// # Examples
 ///
@@ -62,12 +63,12 @@ fn compare(a: &Point, b: &Point) -> std::cmp::Ordering {
     a.iter().zip(b).fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
 }
 
-/// What the neighbours say of a point.
+/// The support of a point by its neighbours.
 #[derive(Debug, Clone, Copy, Default)]
 struct Support {
-    /// The share of the neighbours in its plane, each by how well it lies in it.
+    /// Share of the neighbours in its plane, each weighted by how close it is to it.
     share: f64,
-    /// The neighbours off that plane, by their place among the known ones.
+    /// The neighbours off that plane, as bits by their position among the known ones.
     against: u32,
 }
 
@@ -76,7 +77,7 @@ struct Left<'a> {
     points: &'a [Point],
     threads: usize,
     tilts: Vec<[f64; 2]>,
-    /// The nearest in plan of each point, the nearest first.
+    /// The nearest points in plan of each point, nearest first.
     known: Vec<Vec<u32>>,
     left: Vec<bool>,
 }
@@ -94,7 +95,8 @@ impl<'a> Left<'a> {
         Self { points, threads, tilts: tilts(), known, left: vec![true; points.len()] }
     }
 
-    /// Removes strays, the least supported among their neighbours first, until none is left.
+    /// Removes outliers, those with the least support among their neighbours first, until none is
+    /// left.
     fn without_strays(mut self) -> Vec<bool> {
         let mut supports = vec![Support::default(); self.points.len()];
         let mut stale: Vec<usize> = (0..self.points.len()).collect();
@@ -113,7 +115,7 @@ impl<'a> Left<'a> {
         self.left
     }
 
-    /// Whether a point has too little support, and none of those against it has less.
+    /// Whether a point has too little support, and no neighbour off its plane has less.
     fn is_stray(&self, i: usize, supports: &[Support]) -> bool {
         let share = supports[i].share;
         let weaker = |(k, &other): (usize, &u32)| {
@@ -123,8 +125,8 @@ impl<'a> Left<'a> {
         self.left[i] && share < LEAST && !self.known[i].iter().enumerate().any(weaker)
     }
 
-    /// The support of a point by the plane through it that most of its neighbours lie in, or by
-    /// the first one with enough of them.
+    /// The support of a point by the plane through it that holds most of its neighbours, or by the
+    /// first plane with enough of them.
     fn support(&self, i: usize) -> Support {
         let alive = self.known[i].iter().zip(0..).filter(|&(&o, _)| self.left[o as usize]);
         let near: Vec<Near> = alive
@@ -144,10 +146,10 @@ impl<'a> Left<'a> {
     }
 }
 
-/// A neighbour as a point sees it.
+/// A neighbour relative to a point.
 struct Near {
     away: Point,
-    /// How far off a plane through the point it may lie.
+    /// Largest distance off a plane through the point, in m.
     most: f64,
     place: u32,
 }
@@ -195,7 +197,7 @@ mod tests {
         (1.2 - 0.6 * (x - 4.0).hypot(y - 3.0)).max(0.0)
     }
 
-    /// Points on a cone, then as many strays in the box around it.
+    /// Points on a cone, then as many outliers in the box around it.
     fn cloud(count: u64) -> Vec<Point> {
         let place = |i: u64| [8.0 * uniform(3 * i), 6.0 * uniform(3 * i + 1)];
         let on = (0..count).map(|i| (place(i), cone(place(i)[0], place(i)[1])));

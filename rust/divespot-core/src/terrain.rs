@@ -1,4 +1,4 @@
-//! The ground as one surface: as it was seen, and beneath what stands on it a film across.
+//! The ground as one surface, in m: as seen, and by harmonic interpolation below the objects on it.
 
 use crate::cancel::Polled;
 use crate::count::to_f64;
@@ -9,15 +9,16 @@ use crate::robust::{median, scale};
 /// The ground of a height map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terrain {
-    /// Height of the ground in each cell: as seen, where it is ground; beneath what stands on it,
-    /// a film across. Nowhere below the ground next to it, so that no riser stands out.
+    /// Height of the ground in each cell, in m: as seen, or interpolated harmonically below
+    /// objects. The interpolation is never below the ground beside it, so that risers do not show
+    /// as objects.
     pub surface_m: Vec<f64>,
-    /// Standard deviation of the ground's cells about a film through them.
+    /// Standard deviation of the ground's cells about a harmonic interpolation through them, in m.
     pub noise_m: f64,
 }
 
 /// The surface through the cells that are `ground`; `reach` is the half-width, in cells, of the
-/// window over which they were told from others.
+/// window in which their slope was measured.
 pub(crate) fn terrain(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: usize) -> Terrain {
     let seen: Vec<usize> =
         (0..grid.len()).filter(|&c| ground[c] && !heights_m[c].is_nan()).collect();
@@ -41,7 +42,7 @@ pub(crate) fn terrain(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: us
     }
 }
 
-/// The highest ground within a window's reach of each cell.
+/// The highest ground within `reach` of each cell.
 fn beside(grid: &Grid, heights_m: &[f64], reach: usize, ground: &[bool]) -> Vec<f64> {
     let highest = |a: f64, b: &f64| a.max(*b);
     let lowest = |(&height, &is): (&f64, &bool)| if is { height } else { f64::NEG_INFINITY };

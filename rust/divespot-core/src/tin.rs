@@ -1,8 +1,9 @@
-//! A height map of few points: a triangulated irregular network, drawn on the grid.
+//! The height map of few points, in m: a triangulated irregular network (Delaunay), averaged over
+//! cells.
 //!
-//! Where points are farther apart than cells, cells without a point would be gaps, and the mean of
-//! those with one would follow the density of the points. The linear surface between the points
-//! is right for any density.
+//! Where points are farther apart than cells, cells without a point would be gaps, and means over
+//! the others would follow the density of the points. The linear surface between the points is
+//! right for any density.
 
 use spade::handles::{FaceHandle, InnerTag, VertexHandle};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
@@ -13,16 +14,17 @@ use crate::heightmap::{Cells, Grid, HeightMap, bounds};
 use crate::hypotenuse::Hypotenuse;
 use crate::{Bounds, Point};
 
-/// A triangle whose longest edge is longer than this many spacings of the points around lies across
-/// what was not seen.
+/// A triangle with an edge longer than this many spacings of the points around covers unseen
+/// surface. Chosen.
 const LONG: f64 = 5.0;
-/// So many neighbours of a vertex are as sparse as itself, unless it is a stray.
+/// A vertex counts as sparse only if this many neighbours are as sparse; else it is an outlier.
+/// Chosen.
 const COMPANY: usize = 3;
-/// Heights are taken at this many places along each side of a cell, and averaged.
+/// Places along each side of a cell at which heights are taken and averaged. Chosen.
 const PLACES: usize = 2;
 
-/// No heap stands steeper than 50°: such a triangle lies between two surfaces, and each of its
-/// places belongs to that of the nearest corner.
+/// The steepest triangle of a heap, as rise over run: 50°. A steeper one lies between two surfaces;
+/// each place in it gets the height of the nearest corner.
 const STEEPEST: f64 = 1.192;
 
 struct Vertex(Point);
@@ -30,7 +32,8 @@ struct Vertex(Point);
 impl HasPosition for Vertex {
     type Scalar = f64;
 
-    /// Asked for all the time: while points are inserted, nothing else of ours runs.
+    /// Called all the time while points are inserted, when no other code of this crate runs: the
+    /// place to check for cancellation.
     fn position(&self) -> Point2<f64> {
         poll();
         Point2::new(self.0[0], self.0[1])
@@ -40,11 +43,10 @@ impl HasPosition for Vertex {
 type Network = DelaunayTriangulation<Vertex>;
 type Face<'a> = FaceHandle<'a, InnerTag, Vertex, (), (), ()>;
 
-/// The mean height, in each cell of edge `cell_m`, of the linear surface between the points.
+/// The mean height, in each cell of width `cell_m`, of the linear surface between the points.
 ///
-/// A cell's points count as one, at their mean. Cells that lie outside the points, or in a hole
-/// among them that is wide for the spacing around it, have no height. The same points give the
-/// same bits in any order.
+/// A cell's points count as one, at their mean. Cells outside the points, or in a hole that is wide
+/// for the spacing around it, have no height. The same points give the same bits in any order.
 ///
 /// # Errors
 ///
@@ -66,7 +68,7 @@ pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
     height_map_within(points, &bounds(points)?, cell_m)
 }
 
-/// As [`height_map`], on the cells over `bounds`, within which all points lie.
+/// As [`height_map`], on the cells over `bounds`, which hold all points.
 ///
 /// # Errors
 ///
@@ -85,10 +87,11 @@ pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Resu
     Ok(cells.with_heights(heights_m))
 }
 
-/// The spacing of the points at each vertex.
+/// The spacing of the points at each vertex, in m.
 ///
-/// A vertex has the lower third of its edges, for beside a hole half of them may cross it. It is
-/// as sparse as that only in the company of others: all edges of a stray within a hole cross it.
+/// It is the lower third of the vertex's edges, since beside a hole half of them may cross it. A
+/// vertex is that sparse only if some neighbours are too: all edges of an outlier within a hole
+/// cross it.
 fn spacings(network: &Network) -> Vec<f64> {
     let own: Vec<f64> = network.vertices().polled().map(|vertex| lower_third(&vertex)).collect();
     let believed = network.vertices().polled().map(|vertex| {
@@ -107,10 +110,11 @@ fn lower_third(vertex: &VertexHandle<'_, Vertex>) -> f64 {
     lengths.get(lengths.len() / 3).copied().unwrap_or(0.0)
 }
 
-/// Whether a triangle is a piece of the surface that was seen.
+/// Whether a triangle is part of the seen surface.
 ///
-/// Measured against the sparsest of its corners: where many points border on few, the triangles
-/// between are as long as those among the few. The rim of a hole is dense all around.
+/// Its edges are compared with the sparsest of its corners: where dense points border on sparse
+/// ones, the triangles between are as long as those among the sparse. The rim of a hole is dense
+/// all around.
 fn seen(face: &Face<'_>, spacings: &[f64]) -> bool {
     let corners = face.vertices().map(|v| spacings[v.fix().index()]);
     let long = LONG * corners.into_iter().fold(0.0, f64::max);
@@ -122,7 +126,7 @@ struct Lattice<'a> {
     grid: &'a Grid,
     step_m: f64,
     columns: usize,
-    /// The height at each place, and at the middle of its cell on the same triangle's plane.
+    /// Height at each place, and at the middle of its cell on the plane of the same triangle, in m.
     heights_m: Vec<[f64; 2]>,
 }
 
@@ -133,7 +137,7 @@ impl<'a> Lattice<'a> {
         Self { grid, step_m, columns: PLACES * grid.columns, heights_m }
     }
 
-    /// Draws the plane of a triangle on the places that lie in it.
+    /// Sets the places inside a triangle to the height of its plane.
     fn draw(&mut self, corners: [Point; 3]) {
         let [a, b, c] = corners;
         let double_area = cross(a, b, c);
@@ -168,13 +172,13 @@ impl<'a> Lattice<'a> {
         self.grid.origin_m[k] + (index as f64 + 0.5) * self.step_m
     }
 
-    /// The middle of the cell that a place lies in.
+    /// The middle of the cell of a place.
     fn middle(&self, index: usize, k: usize) -> f64 {
         self.grid.origin_m[k] + ((index / PLACES) as f64 + 0.5) * self.grid.cell_m
     }
 
-    /// The mean of each cell's places, if at least half of them have a height. Where some have
-    /// none, the others lie off the middle, and their heights are carried to it.
+    /// Mean of each cell's places, if at least half of them have a height. If some have none, the
+    /// heights of the others are taken at the middle of the cell, on their triangles' planes.
     fn means(&self) -> Vec<f64> {
         let mean = |cell: usize| {
             let places = self.places(cell).map(|place| self.heights_m[place]);
@@ -193,12 +197,12 @@ impl<'a> Lattice<'a> {
     }
 }
 
-/// Twice the signed area of the triangle.
+/// Twice the signed area of the triangle, in m².
 fn cross(a: Point, b: Point, c: Point) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The slope of the plane through the corners.
+/// Slope of the plane through the corners, as rise over run.
 fn slope([a, b, c]: [Point; 3]) -> f64 {
     let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
     let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
