@@ -1,4 +1,4 @@
-//! Points, however many, added up in voxels.
+//! Sums up any number of points in voxels.
 
 use crate::cancel::Polled;
 use crate::{Error, Point, Result};
@@ -7,17 +7,15 @@ use super::lattice::Lattice;
 use super::sums::{BITS, NOTHING, Sums};
 use super::tiles::{Tile, Tiles};
 
-/// Voxels at the highest level have edges 2¹⁴ times as long: sums of 2³² points still fit.
+/// The highest level, with voxels 2¹⁴ times as wide: sums of 2³² points still fit.
 pub(super) const HIGHEST: u32 = 14;
 
-/// Voxels and what their points add up to: sums of integers, so that the same points give the same
-/// bits in any order, in any chunks and by any number of machines.
+/// Voxels and the integer sums of their points. The same points give the same bits in any order, in
+/// any chunks and on any number of machines.
 ///
-/// Voxels begin with an edge of `voxel_m`. Where more than `most` of them hold something, all edges
-/// are doubled, as often as needed: what is held in the end is the finest level at which `most`
-/// voxels suffice, whatever came first. A voxel takes about 45 bytes.
-///
-/// # Examples
+/// Voxels start with a width of `voxel_m`. If more than `most` of them are occupied, all widths are
+/// doubled, as often as needed. The final level is the finest at which `most` voxels suffice, in
+/// whatever order the points came. A voxel takes about 45 bytes.
 ///
 /// ```
 /// use divespot_core::accumulator::Accumulator;
@@ -37,23 +35,24 @@ pub struct Accumulator {
     pub(super) level: u32,
     pub(super) most: usize,
     pub(super) tiles: Tiles,
-    /// Points with a coordinate that is not finite; points at (0, 0, 0).
+    /// Numbers of dropped points: with a coordinate that is not finite; at (0, 0, 0).
     pub(super) dropped: [u64; 2],
 }
 
-/// What voxels hold, in one order that does not depend on how it came there.
+/// The occupied voxels, in an order that does not depend on that of the points.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Held {
-    /// Mean place of the points of each.
+    /// Mean of each voxel's points, in m.
     pub means: Vec<Point>,
-    /// How many points.
+    /// Number of points in each voxel.
     pub counts: Vec<u32>,
-    /// Lowest and highest of their heights.
+    /// Lowest and highest height of the points in each voxel, in m.
     pub bounds_m: Vec<[f64; 2]>,
 }
 
 impl Accumulator {
-    /// Nothing yet, in voxels of edge `voxel_m` of which one has its lowest corner at `origin`.
+    /// Creates an empty accumulator with voxels of width `voxel_m`, one of which has its lowest
+    /// corner at `origin`; `most` is the largest number of voxels held.
     ///
     /// # Errors
     ///
@@ -66,33 +65,33 @@ impl Accumulator {
         Ok(Self { lattice, level: 0, most, tiles: Tiles::default(), dropped: [0; 2] })
     }
 
-    /// Another of the same voxels, without points: it can be merged into this one.
+    /// An empty accumulator with the same voxels, which can be merged into this one.
     #[must_use]
     pub fn empty(&self) -> Self {
         let Self { lattice, most, .. } = *self;
         Self { lattice, level: 0, most, tiles: Tiles::default(), dropped: [0; 2] }
     }
 
-    /// Edge of the voxels as they are.
+    /// Current width of the voxels, in m.
     #[must_use]
     pub fn voxel_m(&self) -> f64 {
         self.lattice.edge_m * f64::from(self.level).exp2()
     }
 
-    /// Voxels that hold something.
+    /// Number of occupied voxels.
     #[must_use]
     pub fn voxels(&self) -> usize {
         self.tiles.occupied
     }
 
-    /// Points that they hold.
+    /// Number of points in them.
     #[must_use]
     pub fn points(&self) -> u64 {
         let tiles = self.tiles.tiles().iter();
         tiles.flat_map(Tile::voxels).map(|(_, sums)| u64::from(sums.count)).sum()
     }
 
-    /// How many points were dropped: not finite; at (0, 0, 0), as pixels without a depth are marked.
+    /// Numbers of dropped points: not finite; at (0, 0, 0), a depth camera's mark for no depth.
     #[must_use]
     pub fn dropped(&self) -> [u64; 2] {
         self.dropped
@@ -102,11 +101,11 @@ impl Accumulator {
     ///
     /// # Errors
     ///
-    /// [`Error::GridTooLarge`] for a point farther than 2³⁴ voxels from the origin or where `most`
-    /// voxels of 2¹⁴ times the edge do not suffice, [`Error::Degenerate`] where a voxel would hold
+    /// [`Error::GridTooLarge`] for a point farther than 2³⁴ voxels from the origin, or if `most`
+    /// voxels of 2¹⁴ times the width do not suffice; [`Error::Degenerate`] if a voxel would hold
     /// 2³² points.
     pub fn add(&mut self, points: impl IntoIterator<Item = Point>) -> Result<()> {
-        // Neighbours in a file lie in one voxel, mostly: it is looked up once.
+        // Neighbours in a file are mostly in one voxel, which is then looked up only once.
         let (mut run, mut sums) = ([u64::MAX; 3], NOTHING);
         for p in points.into_iter().polled() {
             if !p.iter().all(|v| v.is_finite()) {
@@ -126,13 +125,13 @@ impl Accumulator {
         self.put(run, &sums)
     }
 
-    /// The voxel that a place lies in.
+    /// The voxel of a place.
     #[inline]
     fn voxel(&self, whole: [u64; 3]) -> [u64; 3] {
         whole.map(|v| v >> (BITS + self.level))
     }
 
-    /// Adds to a voxel, after which edges may be longer.
+    /// Adds to a voxel; may double the widths.
     fn put(&mut self, voxel: [u64; 3], sums: &Sums) -> Result<()> {
         if sums.count == 0 {
             return Ok(());
@@ -141,12 +140,12 @@ impl Accumulator {
         if self.tiles.occupied > self.most { self.keep_within() } else { Ok(()) }
     }
 
-    /// Adds what another holds.
+    /// Adds the points of another accumulator.
     ///
     /// # Errors
     ///
-    /// [`Error::Degenerate`] where its voxels are others or one would hold 2³² points,
-    /// [`Error::GridTooLarge`] as [`Accumulator::add`].
+    /// [`Error::Degenerate`] if its voxels are different or one would hold 2³² points,
+    /// [`Error::GridTooLarge`] as in [`Accumulator::add`].
     pub fn merge(&mut self, other: &Self) -> Result<()> {
         if (self.lattice, self.most) != (other.lattice, other.most) {
             return Err(Error::Degenerate(
@@ -164,7 +163,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Adds the voxels of a tile that are of `level` or lower than it.
+    /// Adds the voxels of a tile at `level` or below.
     fn take(&mut self, tile: &Tile, level: u32) -> Result<()> {
         for (number, sums) in tile.voxels() {
             let (voxel, up) = (tile.voxel(number), self.level - level);
@@ -174,7 +173,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Doubles edges until no more voxels are held than may be.
+    /// Doubles the width until the number of voxels is within `most`.
     #[cold]
     fn keep_within(&mut self) -> Result<()> {
         while self.tiles.occupied > self.most {
@@ -198,7 +197,8 @@ impl Accumulator {
         Error::GridTooLarge { name: "voxel_m", cells: steps.fold(0.0, f64::max) }
     }
 
-    /// What each voxel holds, by place: tile by tile, in each from the lowest up.
+    /// The occupied voxels, tile by tile in the order of their places, within each from the lowest
+    /// up.
     #[must_use]
     pub fn held(&self) -> Held {
         let mut held = Held::default();
@@ -217,7 +217,7 @@ impl PartialEq for Accumulator {
     }
 }
 
-/// The mean of a voxel, or of several, in parts of an edge at level 0.
+/// The mean of one or several voxels, in parts of a width at level 0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mean {
     pub(super) at: [f64; 3],
@@ -239,7 +239,7 @@ impl Mean {
         }
     }
 
-    /// Of two voxels the weighted mean.
+    /// The weighted mean of two.
     pub(super) fn with(&self, other: &Self) -> Self {
         let (mine, theirs) = (f64::from(self.count), f64::from(other.count));
         let share = theirs / (mine + theirs);

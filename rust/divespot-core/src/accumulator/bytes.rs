@@ -1,9 +1,9 @@
-//! An accumulator as bytes, to send and to keep: the same voxels give the same bytes.
+//! Serialises an accumulator: the same voxels give the same bytes.
 //!
-//! Little endian. A header of 80 bytes: `dvspacc` and a version; origin and edge as f64; level and
-//! tiles as u32; most, not finite, zero and voxels as u64. For each tile, by place: x, y, z and how
-//! many voxels, as u32. For each of these: its number and the bounds of its heights as u16, its
-//! points as u32, their sums as u64.
+//! Little endian. A header of 80 bytes: `dvspacc` and a version; origin and width (m) as f64; level
+//! and number of tiles as u32; most, not finite, zero and number of voxels as u64. For each tile,
+//! by place: x, y, z and its number of voxels as u32. For each voxel: its number and the bounds of
+//! its heights as u16, its number of points as u32, their sums as u64.
 
 use crate::{Error, Result};
 
@@ -16,11 +16,11 @@ const MAGIC: [u8; 8] = *b"dvspacc\x01";
 const HEADER_BYTES: usize = 80;
 const VOXEL_BYTES: usize = 34;
 const TILE_BYTES: usize = 16;
-/// Voxels of a tile.
+/// Voxels in a tile.
 const TILE_VOXELS: u16 = 512;
 
 impl Accumulator {
-    /// As bytes.
+    /// The accumulator as bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let tiles = self.tiles.sorted();
@@ -49,12 +49,12 @@ impl Accumulator {
         bytes
     }
 
-    /// What was made into bytes.
+    /// Reads an accumulator from its bytes.
     ///
     /// # Errors
     ///
-    /// [`Error::Corrupt`] for bytes that none was made into; nothing is allocated for what they
-    /// promise and do not hold.
+    /// [`Error::Corrupt`] for bytes that were not made by [`Accumulator::to_bytes`]. Memory is
+    /// allocated only for data that are there, not for what a header promises.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let mut rest = bytes;
         if take::<8>(&mut rest)? != MAGIC {

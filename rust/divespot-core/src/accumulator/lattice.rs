@@ -1,14 +1,14 @@
-//! The cubes of a lattice, and the whole number that a coordinate is in it.
+//! The lattice of voxels, and coordinates as integers in it.
 
 use crate::error::positive;
 use crate::{Error, Point, Result};
 
 use super::sums::BITS;
 
-/// Added to whole coordinates, so that none is negative. A multiple of every cube.
+/// Added to integer coordinates to make them positive: 2⁵⁰, a multiple of every voxel's width.
 const MIDDLE: f64 = (1_u64 << 50) as f64;
 
-/// Cubes of an edge, one of which begins at an origin.
+/// Cubes of one width, one of which begins at the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lattice {
     pub(super) origin: Point,
@@ -25,7 +25,7 @@ impl Lattice {
         Ok(Self { origin, edge_m, per_m: (f64::from(BITS)).exp2() / edge_m })
     }
 
-    /// A place in whole parts of an edge; `None` farther than 2³⁴ edges from the origin.
+    /// A place in integer parts of a width; `None` if farther than 2³⁴ widths from the origin.
     #[inline]
     pub(super) fn whole(&self, p: &Point) -> Option<[u64; 3]> {
         let parts: Point = std::array::from_fn(|k| (p[k] - self.origin[k]) * self.per_m);
@@ -34,7 +34,7 @@ impl Lattice {
         within.then(|| parts.map(|v| (v + MIDDLE) as i64 as u64))
     }
 
-    /// The place of a mean, of parts that lie in the middle of what was rounded down.
+    /// The place of a mean in m; half a part is added, because coordinates were rounded down.
     pub(super) fn place(&self, parts: [f64; 3]) -> Point {
         std::array::from_fn(|k| self.origin[k] + (parts[k] - MIDDLE + 0.5) / self.per_m)
     }

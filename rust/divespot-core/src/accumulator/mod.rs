@@ -1,4 +1,4 @@
-//! Any number of points in bounded memory: voxels that hold integer sums, and merge in any order.
+//! Sums up any number of points in bounded memory: voxels with integer sums, merged in any order.
 
 mod accumulate;
 mod bytes;

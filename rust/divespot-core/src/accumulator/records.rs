@@ -1,11 +1,12 @@
-//! LAS point records, as they are in a file or come out of its compression.
+//! Reads LAS point records (LAS 1.4 R15), as in a file or decompressed from LAZ, into an
+//! accumulator.
 
 use crate::cancel::Polled;
 use crate::{Error, Point, Result};
 
 use super::accumulate::Accumulator;
 
-/// Bytes of a record that are looked at: x, y, z, intensity, returns, flags and class.
+/// Bytes of a record that are read: x, y, z, intensity, returns, flags and class.
 const LEAST: usize = 17;
 
 /// What to do with the points of a class.
@@ -13,9 +14,9 @@ const LEAST: usize = 17;
 pub enum Class {
     /// Take them.
     Wanted,
-    /// They are noise.
+    /// Count them as noise.
     Noise,
-    /// They were not asked for.
+    /// Leave them out: they were not asked for.
     Unwanted,
 }
 
@@ -37,24 +38,24 @@ pub struct Wanted {
     pub classes: [Class; 256],
     /// By return.
     pub returns: Returns,
-    /// In the box between two corners, in metres.
+    /// Inside the box between two corners, in m.
     pub within: Option<[Point; 2]>,
 }
 
-/// Records of one length, and how their whole numbers become metres.
+/// Records of one length, and how their integers become metres.
 #[derive(Debug, Clone, Copy)]
 pub struct Records<'a> {
     /// The records.
     pub bytes: &'a [u8],
     /// Bytes of a record.
     pub stride: usize,
-    /// Whether they are of format 6 or higher (LAS 1.4 R15, tables 7 and 15).
+    /// Whether their format is 6 or higher (LAS 1.4 R15, tables 7 and 15).
     pub is_extended: bool,
-    /// Factor and summand of each coordinate in the file's unit.
+    /// Scale factor of each coordinate, in the file's unit.
     pub scales: Point,
-    /// The summands.
+    /// Offset of each coordinate, in the file's unit.
     pub offsets: Point,
-    /// Metres to the file's unit.
+    /// Length of the file's unit along each axis, in m.
     pub metres: Point,
 }
 
@@ -63,13 +64,13 @@ pub struct Records<'a> {
 pub struct Told {
     /// Points that are wanted.
     pub kept: u64,
-    /// Of those, outside the box.
+    /// Of those, points outside the box.
     pub outside: u64,
-    /// Deleted points (LAS 1.4 R15, table 16).
+    /// Withheld (deleted) points (LAS 1.4 R15, table 16).
     pub withheld: u64,
-    /// Points in the classes of noise.
+    /// Points in noise classes.
     pub noise: u64,
-    /// Points of other classes and returns than were asked for.
+    /// Points of classes and returns that were not asked for.
     pub unwanted: u64,
     /// Points of each class.
     pub classes: [u64; 256],
@@ -91,7 +92,7 @@ impl Records<'_> {
         })
     }
 
-    /// Class, number of the return and of all returns of its pulse, and whether it is withheld.
+    /// Class, number of the return, number of returns of its pulse, and whether it is withheld.
     fn marks(&self, record: &[u8]) -> (u8, u8, u8, bool) {
         let returns = record[14];
         if self.is_extended {
@@ -117,11 +118,11 @@ impl Wanted {
 }
 
 impl Accumulator {
-    /// Adds those points of records that are wanted.
+    /// Adds the wanted points of records.
     ///
     /// # Errors
     ///
-    /// As [`Accumulator::add`]; [`Error::Corrupt`] for records too short to hold a point.
+    /// As [`Accumulator::add`]; [`Error::Corrupt`] for records too short for a point.
     pub fn add_records(&mut self, records: &Records<'_>, wanted: &Wanted) -> Result<Told> {
         if records.stride < LEAST || !records.bytes.len().is_multiple_of(records.stride) {
             return Err(Error::Corrupt("are no whole LAS records"));

@@ -1,15 +1,15 @@
-//! What the points of one voxel add up to.
+//! The integer sums of one voxel's points.
 
 use crate::{Error, Result};
 
-/// A coordinate has so many bits below a voxel's edge at level 0, where voxels are smallest.
+/// Resolution of a coordinate: a voxel's width at level 0 has this many bits.
 pub(super) const BITS: u32 = 16;
 
 const FULL: Error =
     Error::Degenerate("a voxel would hold 2³² points or more: a smaller voxel_m is needed");
 
-/// Places in the voxel, in parts of an edge at level 0, added up; how many, and the bounds of their
-/// heights in 65,536th parts of the voxel's own edge.
+/// The sum of the places in the voxel, in parts of a width at level 0; the number of points; and
+/// the bounds of their heights in 1/65,536 of the voxel's own width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Sums {
     pub(super) xyz: [u64; 3],
@@ -38,7 +38,8 @@ impl Sums {
         Ok(())
     }
 
-    /// The same, of a voxel at `level` that is the part at `corner` of one `up` levels higher.
+    /// The sums for a voxel `up` levels higher, of which this one at `level` is the part at
+    /// `corner`.
     pub(super) fn raised(self, corner: [u64; 3], level: u32, up: u32) -> Self {
         let count = u64::from(self.count);
         let bound = |v: u16| (((corner[2] << BITS) + u64::from(v)) >> up) as u16;
@@ -50,7 +51,7 @@ impl Sums {
         }
     }
 
-    /// Whether so many points of a voxel at `level` can add up to this.
+    /// Whether this many points of a voxel at `level` can have these sums.
     pub(super) fn is_possible(&self, level: u32) -> bool {
         let most = u64::from(self.count) * ((1_u64 << (BITS + level)) - 1);
         self.count > 0 && self.low <= self.high && self.xyz.iter().all(|&sum| sum <= most)

@@ -1,4 +1,4 @@
-//! One point where a surface runs through two voxels of a column.
+//! Merges the two voxels of a column that one surface passes through into one point.
 
 use crate::cancel::Polled;
 
@@ -6,13 +6,13 @@ use super::accumulate::{Accumulator, Held, Mean};
 use super::sums::BITS;
 use super::tiles::Tile;
 
-/// Two voxels of a column whose means are nearer than this part of an edge hold one surface: on a
-/// wall, means of neighbours are an edge apart.
+/// Two voxels, one above the other, hold one surface if their means are nearer than this share of a
+/// width. On a wall, the means of neighbours are a width apart. Chosen.
 pub(crate) const ONE: f64 = 0.7;
 
 impl Accumulator {
-    /// As [`Accumulator::held`], but a surface that a face between voxels parts is put together: the
-    /// mean of each half would lie off it, by the noise.
+    /// As [`Accumulator::held`], with the two halves of a surface that lies at a face between
+    /// voxels merged. The mean of each half would be off the surface by about the noise.
     #[must_use]
     pub fn surfaces(&self) -> Held {
         let mut held = Held::default();

@@ -17,7 +17,7 @@ fn of(points: &[Point], voxel_m: f64, most: usize) -> Accumulator {
     all
 }
 
-/// Mean place, count and bounds of height by voxel, by the definition.
+/// Mean, count and bounds of height by voxel, by definition.
 fn slow(points: &[Point], voxel_m: f64) -> BTreeMap<[i64; 3], (Point, u32, [f64; 2])> {
     let mut voxels: BTreeMap<[i64; 3], Vec<Point>> = BTreeMap::new();
     for p in points {

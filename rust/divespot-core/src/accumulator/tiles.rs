@@ -1,4 +1,4 @@
-//! Voxels in tiles: memory goes with the voxels that hold something.
+//! Voxels stored in tiles, so that memory grows with the number of occupied voxels.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hash, Hasher};
@@ -7,18 +7,18 @@ use crate::hashing::Mixed;
 
 use super::sums::{NOTHING, Sums};
 
-/// A tile is a cube of 2³ voxels an edge.
+/// A tile is a cube of 2³ voxels along each edge.
 const EDGE_BITS: u32 = 3;
 const VOXELS: usize = 1 << (3 * EDGE_BITS);
-/// No sums yet.
+/// Marks an empty voxel.
 const NONE: u16 = u16::MAX;
 
-/// Where a tile lies among all.
+/// The place of a tile among all tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct At(pub(super) [u32; 3]);
 
 impl At {
-    /// Where a voxel of the tile there lies among all voxels.
+    /// The place of one of the tile's voxels among all voxels.
     pub(super) fn voxel(self, number: u16) -> [u64; 3] {
         let axis = |k: u32| u64::from(number) >> (k * EDGE_BITS) & ((1 << EDGE_BITS) - 1);
         let [x, y, z] = self.0.map(|at| u64::from(at) << EDGE_BITS);
@@ -43,24 +43,24 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// The sums of each voxel that holds something, in the order of their numbers.
+    /// The sums of each occupied voxel, in the order of their numbers.
     pub(super) fn voxels(&self) -> impl Iterator<Item = (u16, &Sums)> {
         let held = self.index.iter().zip(0..).filter(|(row, _)| **row != NONE);
         held.map(|(&row, voxel)| (voxel, &self.sums[row as usize]))
     }
 
-    /// How many voxels hold something.
+    /// Number of occupied voxels.
     pub(super) fn len(&self) -> usize {
         self.sums.len()
     }
 
-    /// Where a voxel of the tile lies among all voxels.
+    /// The place of one of the tile's voxels among all voxels.
     pub(super) fn voxel(&self, number: u16) -> [u64; 3] {
         self.at.voxel(number)
     }
 }
 
-/// All tiles that hold something.
+/// All tiles with occupied voxels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tiles {
     rows: HashMap<At, u32, BuildHasherDefault<Mixed>>,
@@ -70,7 +70,7 @@ pub(super) struct Tiles {
 }
 
 impl Tiles {
-    /// The sums of a voxel; nothing yet of one that held nothing.
+    /// The sums of a voxel; creates it if it is empty.
     #[inline]
     pub(super) fn sums(&mut self, voxel: [u64; 3]) -> &mut Sums {
         let at = At(voxel.map(|v| (v >> EDGE_BITS) as u32));

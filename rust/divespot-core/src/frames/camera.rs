@@ -1,29 +1,29 @@
-//! Where the pixels of a depth camera look.
+//! The rays of a depth camera's pixels, and the blocks of pixels that patches are fitted in.
 
 use nalgebra::Vector3;
 
 use crate::{Error, Point, Result};
 
-/// The rays of a camera's pixels, row by row, and the blocks that they are cut into.
+/// The rays of a camera's pixels, row by row, and its blocks of pixels.
 #[derive(Debug, Clone)]
 pub struct Camera {
     /// Rows of pixels.
     pub rows: usize,
     /// Columns of pixels.
     pub columns: usize,
-    /// Unit vectors: x right, y down, z ahead. Not finite where a pixel sees nothing.
+    /// Unit vectors: x right, y down, z forward. Not finite for pixels that are not used.
     pub(crate) rays: Vec<[f32; 3]>,
-    /// Angle between the rays of a pixel and of its right, or else its lower, neighbour.
+    /// Angle between the rays of a pixel and its right (or else lower) neighbour, in radians.
     pub(crate) pitch: Vec<f32>,
-    /// Edge in pixels of a block: about 5,000 of them make up a frame.
+    /// Width of a block in pixels; a frame has about 5,000 blocks.
     pub(crate) block: usize,
     /// The axes of the blocks, row by row.
     pub(crate) blocks: Vec<Axes>,
-    /// The ray of each pixel along the axes of its block: across and down as parts of ahead, ahead.
+    /// The ray of each pixel in the axes of its block: right and down relative to forward; forward.
     pub(crate) plan: Vec<[f32; 3]>,
 }
 
-/// The axes of a block of pixels: across, down, and ahead, the ray in its middle.
+/// The axes of a block of pixels: right, down, and forward, the ray in its middle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Axes {
     pub(crate) across: Vector3<f64>,
@@ -31,16 +31,17 @@ pub(crate) struct Axes {
     pub(crate) ahead: Vector3<f64>,
 }
 
-/// Patches of a frame, about: enough to fix six unknowns to a small part of a pixel's noise, and
-/// few enough for ten frames a second.
+/// Approximate number of patches of a frame. Chosen: they fix six unknowns to a small part of a
+/// pixel's noise, at ten frames a second.
 const PATCHES: f64 = 5000.0;
 
 impl Camera {
-    /// A camera with one ray a pixel.
+    /// A camera with one ray for each pixel.
     ///
     /// # Errors
     ///
-    /// [`Error::Degenerate`] unless there are `rows * columns` rays, three each way at least.
+    /// [`Error::Degenerate`] unless there are `rows * columns` rays, and at least three rows and
+    /// columns.
     pub fn new(rows: usize, columns: usize, rays: &[Point]) -> Result<Self> {
         if rows < 3 || columns < 3 || rays.len() != rows * columns {
             return Err(Error::Degenerate(
@@ -68,7 +69,7 @@ impl Camera {
         self.rays.len()
     }
 
-    /// Blocks in a row of blocks, and such rows.
+    /// Blocks in a row of blocks, and number of such rows.
     pub(crate) fn in_blocks(&self) -> (usize, usize) {
         (self.columns / self.block, self.rows / self.block)
     }
@@ -99,7 +100,7 @@ impl Axes {
         [ray.dot(&self.across) / ahead, ray.dot(&self.down) / ahead, ahead]
     }
 
-    /// What has these parts.
+    /// The vector with these components.
     #[inline]
     pub(crate) fn joined(&self, across: f64, down: f64, ahead: f64) -> Vector3<f64> {
         self.across * across + self.down * down + self.ahead * ahead

@@ -1,4 +1,5 @@
-//! How well a joint solution of poses is known: from what frames differ by, and from its covariance.
+//! The uncertainty of jointly solved poses: from the differences between frames, and from the
+//! covariance of the solution. Lengths in m.
 
 use std::collections::HashSet;
 
@@ -11,22 +12,23 @@ use super::normal_equations::WIDTH;
 use super::observations::LEVEL;
 use super::state::{ALIKE, OFFSET_M, State, middles};
 
-/// Surfels whose heights are asked for their uncertainty, and fewest that rise above a floor.
+/// Surfels whose height's uncertainty is computed, and fewest surfels above a floor. Chosen.
 const ASKED: usize = 400;
 const FEWEST: usize = 20;
-/// A frame slides if its place along the floor is less well known than this part of the range.
+/// A frame slides if the standard uncertainty of its place along the floor is more than this share
+/// of the range. Chosen.
 const SLIDING: f64 = 0.002;
-/// Steeper than any bulk material: 60°. Such a surfel says little of heights.
+/// Cosine of the steepest bulk material, 60°: steeper surfels are left out of mean heights.
 const STEEP: f64 = 0.5;
-/// Frames that share so many surfels see the same.
+/// Frames that share at least this many surfels see the same place. Chosen.
 const SHARED: usize = 200;
 
 impl State {
-    /// How frames differ over places that are a few cubes wide.
+    /// The differences of frames over places that are a few cubes wide.
     pub(super) fn spread(&self, frames: &[Option<Keyframe>], found: &Links) -> Spread {
         let wide_m = ALIKE * self.range_m;
         let mut places: Cells<usize> = Cells::default();
-        // Of each place in turn, of each frame: the sum, the count, the sum of variances.
+        // For each place and frame: sum, number, and sum of variances.
         let mut sums: Vec<[f64; 3]> = Vec::new();
         for link in found.iter().filter(|link| link.sights.len() > 1) {
             let at = link.surfel.at.map(|v| (v / wide_m).floor() as i64).into();
@@ -46,10 +48,10 @@ impl State {
         Spread::of(sums.chunks(frames.len().max(1)).map(enough).filter(|own| own.len() > 1))
     }
 
-    /// Whether nothing that each frame shares with others fixes it along the floor; true of all where
-    /// there is no floor, or the poses were given.
+    /// Whether the surfels that each frame shares with others do not fix it along the floor; true
+    /// for all if there is no floor, or the poses were given.
     ///
-    /// Only slopes tell; the noise of a floor's own normals looks like some.
+    /// Only slopes count, because the noise of a floor's normals looks like small slopes.
     pub(super) fn slides(&self, frames: usize, found: &Links) -> Vec<bool> {
         let mut known = vec![Matrix2::<f64>::zeros(); frames];
         for link in found.iter().filter(|l| l.sights.len() > 1 && l.surfel.normal.z < LEVEL) {
@@ -66,8 +68,8 @@ impl State {
         known.iter().map(|own| !(is_told && is_fixed(own))).collect()
     }
 
-    /// Uncertainties of the mean height of what rises above the floor, over that of the floor around
-    /// it, and of the mean offset of all ranges.
+    /// Standard uncertainties, in m, of the mean height of surfels above the floor relative to the
+    /// floor around them, and of the mean offset of all ranges.
     pub(super) fn by_covariance(&self, frames: &[Option<Keyframe>], found: &Links) -> (f64, f64) {
         let Some(solved) = &self.solved else { return (0.0, OFFSET_M) };
         let is_seen = |link: &Link<'_>| !link.sights.is_empty() && link.surfel.normal.z > STEEP;
@@ -84,12 +86,12 @@ impl State {
         let places: Vec<usize> = self.places.iter().flatten().copied().collect();
         places.iter().for_each(|at| offset[at + 6] = 1.0 / places.len() as f64);
         let u_offset_m = solved.variance(&offset).sqrt();
-        // Held, it is as unknown as it was.
+        // If the offset is held at 0, its uncertainty is still the prior one.
         let is_known = self.has_offset && u_offset_m < OFFSET_M;
         (solved.variance(&above).sqrt(), if is_known { u_offset_m } else { OFFSET_M })
     }
 
-    /// The surfels of the floor in places beside those of others.
+    /// The floor's surfels in places next to those of the others.
     fn around<'a>(&self, risen: &[Link<'_>], mut floor: Vec<Link<'a>>) -> Vec<Link<'a>> {
         let wide_m = ALIKE * self.range_m;
         let place = |link: &Link<'_>| {
@@ -103,7 +105,8 @@ impl State {
         floor
     }
 
-    /// How the height in the middle of surfels, of a plane through them, follows from the unknowns.
+    /// The mean height of surfels, by a plane through them at `middle`, as a linear combination of
+    /// the unknowns.
     fn mean_height(
         &self,
         frames: &[Option<Keyframe>],
@@ -131,22 +134,22 @@ impl State {
     }
 }
 
-/// The middle of surfels in plan.
+/// The mean place of surfels in plan, in m.
 fn middle_of(links: &[Link<'_>]) -> Vector2<f64> {
     let sum: Vector2<f64> = links.iter().map(|link| link.surfel.at.xy()).sum();
     sum / links.len().max(1) as f64
 }
 
-/// What frames differ by.
+/// The differences between frames.
 pub(crate) struct Spread {
     pub(super) between_m: f64,
     pub(super) of_mean_m: f64,
-    /// Variance of places over that of surfels whose errors have nothing in common.
+    /// Variance of places' means, relative to that expected from surfels with independent errors.
     pub(super) excess: f64,
 }
 
 impl Spread {
-    /// Of the sums of each frame, place by place.
+    /// The spread, from the sums of each frame, place by place.
     fn of(places: impl Iterator<Item = Vec<[f64; 3]>>) -> Self {
         let (mut squares, mut expected, mut free) = (0.0, 0.0, 0.0);
         let (mut of_mean, mut count) = (0.0, 0.0);
@@ -174,7 +177,7 @@ impl Spread {
     }
 }
 
-/// Pairs of frames that share surfels, neighbours aside.
+/// Number of pairs of frames that share surfels and are not consecutive.
 pub(crate) fn loops(frames: usize, found: &Links) -> usize {
     let mut shared = vec![0; frames * frames];
     for link in found.iter() {

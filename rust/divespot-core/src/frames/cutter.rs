@@ -1,14 +1,14 @@
-//! Frames cut into patches, with the noise that the first of them shows.
+//! Fits patches to frames, with the camera's noise estimated from the first frame.
 
 use super::camera::Camera;
 use super::edges::usable;
 use super::noise::{Noise, NoiseTable};
 use super::patches::{Patch, patches};
 
-/// Fewest patches of a frame that tells something.
+/// Fewest patches of a usable frame. Chosen: ten for each of six unknowns.
 pub(crate) const FEWEST: usize = 60;
 
-/// What cuts frames.
+/// Fits patches to frames.
 #[derive(Debug)]
 pub struct Cutter {
     noise: Option<Noise>,
@@ -17,7 +17,7 @@ pub struct Cutter {
 }
 
 impl Cutter {
-    /// Nothing was seen yet; `noise` is taken from the first frame unless it is known.
+    /// Creates a cutter; `noise` is estimated from the first frame if it is not given.
     #[must_use]
     pub fn new(noise: Option<Noise>, threads: usize) -> Self {
         let table = NoiseTable::new(&noise.unwrap_or_default());

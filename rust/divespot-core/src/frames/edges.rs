@@ -1,22 +1,22 @@
-//! Which pixels of a frame lie on a surface, and not between two.
+//! Removes flying pixels at depth edges: which pixels of a frame lie on one surface.
 
 use crate::parallel::fill_chunks;
 
 use super::camera::Camera;
 use super::noise::NoiseTable;
 
-/// Tangent of the steepest incidence at which a surface is taken for one: 80°. Beyond it, a pixel
-/// covers more of the surface along the ray than six times its width.
+/// Tangent of the steepest incidence of a surface: 80°. Beyond it, a pixel extends along the ray
+/// more than six times its width. Chosen.
 const STEEPEST: f32 = 5.67;
-/// A difference of two pixels within four of its standard deviations, √2 of a pixel's, may be noise.
+/// Noise that the difference of two pixels may show, in standard deviations of one: four, times √2.
 const NOISE: f32 = 4.0 * std::f32::consts::SQRT_2;
-/// Rows of pixels that a thread takes at a time.
+/// Rows of pixels for a thread at a time. Decides no answer.
 const ROWS: usize = 32;
 
-/// Whether each pixel lies on a surface, with both neighbours of its row and of its column.
+/// Whether each pixel lies on one surface with both neighbours of its row and of its column.
 ///
-/// A flying pixel mixes a near and a far surface: at least one neighbour is farther from it along
-/// the ray than any surface that is seen at all could go within a pixel, its noise considered.
+/// A flying pixel is a mix of a near and a far surface. Its distance from at least one neighbour
+/// along the ray is more than a surface at the steepest incidence has within a pixel, plus noise.
 #[must_use]
 pub fn usable(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, threads: usize) -> Vec<bool> {
     let mut found = vec![false; ranges_m.len()];
@@ -29,7 +29,7 @@ pub fn usable(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, threads: us
     found
 }
 
-/// Looks at a row of pixels, of which `first` is the first.
+/// Decides for a row of pixels that starts at index `first`.
 fn row(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, first: usize, found: &mut [bool]) {
     let columns = found.len();
     let beyond = |at: usize| ranges_m.get(at..at + columns);
@@ -43,7 +43,7 @@ fn row(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, first: usize, foun
         if !most_m.is_finite() {
             continue;
         }
-        // What a neighbour did not see tells nothing: no comparison with NaN is true.
+        // Comparisons with NaN are false, so unseen neighbours do not count.
         let is_off = |other: f32| (other - range_m).abs() > most_m;
         let left = own[x.saturating_sub(1)];
         let right = own[(x + 1).min(columns - 1)];

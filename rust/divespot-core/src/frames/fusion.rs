@@ -1,4 +1,5 @@
-//! Frames whose poses are known, added up in voxels: in integers, so that they merge in any order.
+//! Fuses frames with known poses in voxels; integer sums, so that they merge in any order. Lengths
+//! in m.
 
 use crate::error::positive;
 use crate::parallel::{map_chunks, share};
@@ -10,14 +11,14 @@ use super::motion::Motion;
 use super::noise::{Noise, NoiseTable};
 use super::voxels::{Held, Item, PARTS, Voxels};
 
-/// Weight of a pixel whose noise is that of reference.
+/// Weight of a pixel with the reference noise. Chosen: the resolution of integer weights.
 const WEIGHT: f64 = 16.0;
-/// Pixels that a thread takes at a time.
+/// Pixels for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 14;
-/// Parts that threads fill side by side; a brick belongs to one of them.
+/// Parts that threads fill in parallel; a brick belongs to one of them. Decides no answer.
 const SHARES: usize = 8;
 
-/// Voxels and what they hold.
+/// Voxels and the sums of their pixels.
 ///
 /// # Examples
 ///
@@ -40,21 +41,22 @@ pub struct Fusion {
     frames: u32,
 }
 
-/// The points of a fusion, by z of their columns' voxels.
+/// The points of a fusion, sorted by the z of their columns' voxels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Fused {
-    /// Weighted mean of the pixels of each voxel.
+    /// Weighted mean of each voxel's pixels, in m.
     pub points: Vec<Point>,
-    /// Pixels of each.
+    /// Number of pixels in each.
     pub counts: Vec<u32>,
-    /// Frames that saw it.
+    /// Number of frames that saw each.
     pub frames: Vec<u32>,
-    /// Standard deviation of their heights.
+    /// Standard deviation of the heights in each, in m.
     pub spreads_m: Vec<f64>,
 }
 
 impl Fusion {
-    /// No frames yet; pixels weigh by their noise against that at `range_m`.
+    /// Creates an empty fusion with voxels of width `voxel_m`; pixels have a weight by their noise
+    /// relative to that at `range_m`.
     ///
     /// # Errors
     ///
@@ -66,7 +68,7 @@ impl Fusion {
         Ok(Self { voxel_m, per_m: 1.0 / voxel_m, noise, reference_m, shares, frames: 0 })
     }
 
-    /// The noise by which pixels weigh.
+    /// The noise that determines the weights.
     #[must_use]
     pub fn noise(&self) -> &NoiseTable {
         &self.noise
@@ -101,7 +103,7 @@ impl Fusion {
         });
     }
 
-    /// Adds what another fusion of the same voxels holds, of other frames.
+    /// Adds another fusion with the same voxels and other frames.
     pub fn merge(&mut self, other: &Self) {
         self.shares.iter_mut().zip(&other.shares).for_each(|(own, theirs)| own.merge(theirs));
     }
@@ -117,13 +119,13 @@ impl Fusion {
         Some(Item { brick, voxel, weight, inside })
     }
 
-    /// Bytes of the voxels.
+    /// Memory of the voxels, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.shares.iter().map(Voxels::bytes).sum()
     }
 
-    /// The points: of each column the voxels, those put together that a face parts.
+    /// The points: in each column the voxels, merged where a surface lies at a face between two.
     #[must_use]
     pub fn points(&self) -> Fused {
         let mut all: Vec<(u64, Held)> =
@@ -150,7 +152,7 @@ impl Fusion {
     }
 }
 
-/// The whole number below: `floor`, which is slow where it is not the processor's own.
+/// `floor` to an integer. `f64::floor` is slow where the processor has no instruction for it.
 #[inline]
 fn below(value: f64) -> i64 {
     let whole = value as i64;

@@ -1,10 +1,11 @@
-//! All poses at once, with the floor as one smooth surface, and how well they are known.
+//! Solves for all poses at once, with the floor as a smooth surface, and estimates their
+//! uncertainty. Lengths in m.
 //!
-//! Unknown are the pose of every frame, an offset of its ranges, the offset that all frames have in
-//! common, and the plane of the floor. A surfel's height is whatever the frames that saw it agree
-//! on; that of the floor is also near its plane, as far as the floor is even. A camera that
-//! measures all ranges too long by 4 mm sees a floor that is curved and, moved along it, too little
-//! of its own way: that the same place is seen from several angles tells how much.
+//! Unknowns are the pose of every frame, the offset of its ranges, the offset common to all frames,
+//! and the plane of the floor (least squares with the surfels' heights eliminated). The height of a
+//! surfel is free; that of the floor is also near its plane, as far as the floor is even. A camera
+//! whose ranges are all too long by 4 mm sees a curved floor and, moved along it, underestimates
+//! its own motion. This determines the offset where the same place is seen from several angles.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -20,68 +21,72 @@ use super::normal_equations::NormalEquations;
 use super::state::{ALIKE, OFFSET_M, State, middles};
 use super::track::{Settled, Tracker, floor};
 
-/// The poses of all frames, and how well they are known.
+/// The poses of all frames, and their uncertainty.
 #[derive(Debug, Clone)]
 pub struct Joint {
-    /// From each frame to the scan, whose floor is z = 0; none where it was left out.
+    /// From each frame to the scan, whose floor is z = 0; `None` if it was left out.
     pub poses: Vec<Option<Motion>>,
-    /// Whether each was solved for; the others are to be laid between them (`Tracker::settled`).
+    /// Whether each frame was part of the solution; the others are to be registered with it
+    /// (`Tracker::settled`).
     pub solved: Vec<bool>,
-    /// Whether nothing that a frame shares with others fixes it along the floor.
+    /// Whether the surfels that a frame shares with others do not fix it along the floor.
     pub slides: Vec<bool>,
-    /// What is added to the ranges of each frame.
+    /// Offset added to the ranges of each frame, in m.
     pub offsets_m: Vec<f64>,
-    /// What all frames have in common of it.
+    /// The part of the offset common to all frames, in m.
     pub offset_m: f64,
     /// Standard uncertainty of the mean of `offsets_m`.
     pub u_offset_m: f64,
-    /// Standard deviation of the frames about their mean, over places a few cubes wide.
+    /// Standard deviation of the frames about their mean, over places a few cubes wide, in m.
     pub between_m: f64,
-    /// Standard uncertainty of a mean height above the floor, by the poses.
+    /// Standard uncertainty of a mean height above the floor from the poses, in m.
     pub u_height_m: f64,
-    /// Standard uncertainty of heights by what frames differ by, common to a place.
+    /// Standard uncertainty of heights from the differences between frames, common to a place, in
+    /// m.
     pub u_place_m: f64,
-    /// Width of a place.
+    /// Width of a place, in m.
     pub place_m: f64,
-    /// Root mean square departure of the floor from its plane.
+    /// Root mean square deviation of the floor from its plane, in m.
     pub uneven_m: f64,
-    /// Pairs of frames that are not neighbours in time, and see the same.
+    /// Pairs of frames that are not consecutive and see the same place.
     pub loops: usize,
     /// Whether a floor was in view.
     pub has_floor: bool,
 }
 
-/// Fewest and most rounds, of one step but the first; after each, what the frames leave tells how
-/// far they may be believed.
+/// Fewest and most rounds, of one step each after the first; after each round the noise is
+/// estimated from the residuals. Chosen.
 const ROUNDS: (usize, usize) = (3, 12);
-/// Of so many surfels one is looked at in the first round, which later ones correct.
+/// Every how many surfels are used in the first round, which later ones correct. Chosen (speed).
 const FIRST: usize = 4;
-/// Surfels are linked anew if a frame moved by more than this part of a cube since.
+/// Surfels are linked again when a frame has moved by more than this share of a cube. Chosen.
 const MOVED: f64 = 0.1;
-/// Points in which the floor is looked for, about.
+/// Approximate number of points in which the floor is searched. Chosen.
 const POINTS: usize = 20_000;
-/// Parts in which observations are summed up, whatever the number of threads.
+/// Parts in which observations are summed, fixed so that the result does not depend on the number
+/// of threads.
 const PARTS: usize = 4;
-/// Standard deviation of a frame's own offset about it.
+/// Standard deviation of a frame's own offset about the common one, in m. Chosen.
 const OWN_OFFSET_M: f64 = 0.001;
-/// Frames move by so little from where they were laid, in metres and radians.
+/// Prior standard deviation of a frame's motion from its registered pose, in m and radians. Chosen.
 const LAID: f64 = 0.05;
-/// An offset of more standard deviations is something else.
+/// A common offset of more standard deviations ([`OFFSET_M`]) is rejected. Chosen.
 const BELIEVED: f64 = 2.5;
-/// Weight that holds the first frame.
+/// Weight that fixes the first frame.
 const HELD: f64 = 1e12;
 
 impl Tracker {
     /// Solves for all poses.
     ///
-    /// `is_exact`: the poses were given as they are, and only their offsets are sought.
+    /// `is_exact`: the given poses are exact, and only offsets are estimated.
     #[must_use]
     pub fn solve(&mut self, noise: &Noise, is_exact: bool) -> Joint {
         let noise = NoiseTable::new(noise);
         let mut state = State::new(self, is_exact, true);
         let mut found = self.rounds(&mut state, &noise);
         if state.is_beyond_belief() {
-            // What differs with the angle is no offset: the lens, or a scene that moved.
+            // Ranges that differ with the angle are no offset: the lens is distorted, or the scene
+            // moved.
             self.frames_mut().iter_mut().flatten().for_each(|kept| kept.pose = kept.laid);
             state = State::new(self, is_exact, false);
             found = self.rounds(&mut state, &noise);
@@ -100,7 +105,7 @@ impl Tracker {
                 found.turn(&by);
             }
             let has_moved = state.moved_m > MOVED * state.cube_m;
-            // The first links are wide: the second are of what lies near.
+            // The first links are wide; the second round needs narrower ones.
             if round < 2 || has_moved {
                 found = state.links(self.frames(), noise);
             } else if round >= ROUNDS.0 {
@@ -116,7 +121,8 @@ impl Tracker {
         found
     }
 
-    /// What the frames that were not solved for are laid on, and where they are about to lie.
+    /// The surfels with which the frames outside the solution are registered, and their approximate
+    /// poses.
     fn settle(&mut self, state: &State) -> Option<Settled> {
         let is_whole =
             self.frames().iter().zip(&state.places).all(|(f, at)| f.is_none() || at.is_some());
@@ -130,7 +136,7 @@ impl Tracker {
             if place.is_some() {
                 before = Some((kept.laid, kept.pose));
             } else if let Some((laid, now)) = before {
-                // As it lay beside the last one that was solved for.
+                // At the same motion from the last solved frame as when it was registered.
                 kept.pose = now.after(&laid.inverse().after(&kept.laid));
             }
         }
@@ -139,12 +145,12 @@ impl Tracker {
 }
 
 impl State {
-    /// Whether no depth camera has such an offset.
+    /// Whether the offset is larger than that of any depth camera.
     fn is_beyond_belief(&self) -> bool {
         self.offset_m.abs() > BELIEVED * OFFSET_M
     }
 
-    /// Turns everything so that the floor is z = 0; returns how.
+    /// Rotates the scene so that the floor is z = 0; returns the motion.
     fn level(&mut self, frames: &mut [Option<Keyframe>]) -> Option<Motion> {
         let sensors: Vec<Vector3<f64>> = frames.iter().flatten().map(|k| k.pose.shift).collect();
         let first = sensors.first()?;
@@ -169,7 +175,7 @@ impl State {
         Some(by)
     }
 
-    /// Moves the frames by what every so many surfels say.
+    /// Moves the frames by one least-squares step over every `every`-th surfel.
     fn step(&mut self, frames: &mut [Option<Keyframe>], found: &Links, every: usize) {
         let middles = middles(frames);
         let mut system = self.observed(frames, &middles, found, every);
@@ -191,7 +197,8 @@ impl State {
         self.moved_m += farthest_m;
     }
 
-    /// What surfels say, summed up in parts: in the same order at any number of threads.
+    /// The normal equations of the surfels, summed in fixed parts: the same for any number of
+    /// threads.
     fn observed(
         &self,
         frames: &[Option<Keyframe>],
@@ -216,12 +223,12 @@ impl State {
         system
     }
 
-    /// The weight of an offset that is expected to be 0.
+    /// The weight of an offset with prior 0.
     fn or_held(&self, u_m: f64) -> f64 {
         if self.has_offset { 1.0 / (u_m * u_m) } else { HELD }
     }
 
-    /// What is expected before anything was seen.
+    /// Adds the priors.
     fn expect(&self, system: &mut NormalEquations) {
         let common = self.unknowns - 4;
         let mut first = true;
@@ -263,7 +270,7 @@ impl State {
     }
 }
 
-/// The smallest rotation that takes a direction to z.
+/// The smallest rotation of a direction onto z.
 fn onto_z(up: &Vector3<f64>) -> Matrix3<f64> {
     let axis = up.cross(&Vector3::z());
     let sine = axis.norm();

@@ -1,14 +1,14 @@
-//! Frames that were placed: all by their poses, some with what they show, to be solved for at once.
+//! Placed frames: all with their poses, some also with their patches, which are solved for jointly.
 
 use nalgebra::Vector3;
 
 use super::motion::Motion;
 use super::patches::Patch;
 
-/// Most frames that are solved for at once; of more, every so many.
+/// Most frames with patches; beyond, every second one is dropped. Chosen (time and memory).
 const MOST: usize = 64;
 
-/// A patch as it is held on to: an eighth of a micrometre is enough.
+/// A patch in compact form, with a resolution of 1/8 µm.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Held {
     at: [f32; 3],
@@ -22,7 +22,7 @@ impl Held {
         Self { at, normal, count: patch.count as f32 }
     }
 
-    /// Its place if all ranges are longer by an offset.
+    /// Its place if `offset_m` is added to the ranges.
     #[inline]
     pub(crate) fn at(&self, offset_m: f64) -> Vector3<f64> {
         let at = Vector3::from(self.at.map(f64::from));
@@ -49,13 +49,13 @@ impl Held {
 #[derive(Debug, Clone)]
 pub(crate) struct Keyframe {
     pub(crate) pose: Motion,
-    /// As it was laid on those before it.
+    /// Its pose as registered with the frames before it.
     pub(crate) laid: Motion,
-    /// What it shows; nothing of frames that are not solved for.
+    /// Its patches; empty for frames that are not solved for.
     pub(crate) patches: Vec<Held>,
 }
 
-/// The frames in turn; none where one was left out.
+/// The frames in sequence; `None` if one was left out.
 #[derive(Debug)]
 pub(crate) struct Keyframes {
     pub(crate) frames: Vec<Option<Keyframe>>,
@@ -72,7 +72,7 @@ impl Keyframes {
         self.frames.push(None);
     }
 
-    /// Keeps a frame; where too many are held, every second lets go of what it shows.
+    /// Keeps a frame; if too many have patches, every second drops them.
     pub(crate) fn push(&mut self, pose: Motion, patches: &[Patch]) {
         let is_held = self.placed.is_multiple_of(self.every);
         let patches = if is_held { patches.iter().map(Held::of).collect() } else { Vec::new() };
@@ -88,7 +88,7 @@ impl Keyframes {
         }
     }
 
-    /// Bytes of what the frames show.
+    /// Memory of the patches, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let patches: usize = self.frames.iter().flatten().map(|one| one.patches.capacity()).sum();
         patches * size_of::<Held>() + self.frames.capacity() * size_of::<Option<Keyframe>>()

@@ -1,18 +1,18 @@
-//! Cells of space as numbers, and maps by them.
+//! Cells of space as integer keys, and maps by them.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
 use crate::hashing::Mixed;
 
-/// What is known of cells.
+/// A map from cells.
 pub(crate) type Cells<T> = HashMap<u64, T, BuildHasherDefault<Mixed>>;
 
-/// Cells along an axis to either side of the origin.
+/// Cells along an axis on either side of the origin.
 pub(crate) const SPAN: i64 = 1 << 20;
 const BITS: u32 = 21;
 
-/// The number of a cell, in the order of x, y, z; none of one that is too far away.
+/// The key of a cell, sorted by x, y, z; `None` if it is too far away.
 #[inline]
 pub(crate) fn number(cell: [i64; 3]) -> Option<u64> {
     let [x, y, z] = cell.map(|v| v + SPAN);
@@ -20,7 +20,7 @@ pub(crate) fn number(cell: [i64; 3]) -> Option<u64> {
     is_near.then_some((x << (2 * BITS) | y << BITS | z) as u64)
 }
 
-/// The cell of a number.
+/// The cell of a key.
 #[inline]
 pub(crate) fn cell(number: u64) -> [i64; 3] {
     [2 * BITS, BITS, 0].map(|by| (number >> by & ((1 << BITS) - 1)) as i64 - SPAN)

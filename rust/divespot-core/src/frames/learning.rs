@@ -1,4 +1,5 @@
-//! Noise that no pixel explains, and how even the floor is, from what the frames leave.
+//! Estimates the noise beyond that of the pixels, and the floor's unevenness, from the residuals of
+//! frames; in m.
 
 use std::collections::BTreeMap;
 
@@ -10,17 +11,17 @@ use super::keyframe::Keyframe;
 use super::links::{Link, Links, Sight};
 use super::state::{ALIKE, State};
 
-/// No floor is more even.
+/// Least unevenness of a floor, in m. Chosen.
 const EVEN_M: f64 = 1e-4;
 
 impl State {
-    /// Takes the noise that the pixels' own does not explain, and the unevenness of the floor.
+    /// Estimates the unexplained noise and the unevenness of the floor.
     pub(super) fn learn(&mut self, frames: &[Option<Keyframe>], found: &Links) {
         let mut off = Vec::new();
         let mut noise_m2 = 0.0;
         for link in found.iter().filter(|link| link.sights.len() > 1) {
             for (sight, value) in link.sights.iter().zip(self.residuals(frames, link)) {
-                // The mean was taken of the same values.
+                // The mean is of the same values, which reduces their variance by (k - 1) / k.
                 let k = link.sights.len() as f64;
                 off.push(value * (k / (k - 1.0)).sqrt());
                 noise_m2 += sight.noise_m2();
@@ -36,7 +37,8 @@ impl State {
         self.uneven_m = self.unevenness_m(frames, found);
     }
 
-    /// Root mean square of the floor's departure from its plane, over places that are alike.
+    /// Root mean square deviation of the floor from its plane, over places with correlated
+    /// unevenness, in m.
     fn unevenness_m(&self, frames: &[Option<Keyframe>], found: &Links) -> f64 {
         let mut sums: BTreeMap<[i32; 2], (f64, f64)> = Default::default();
         let wide_m = ALIKE * self.range_m;
@@ -62,13 +64,13 @@ impl State {
         if weight > 0.0 { sum / weight } else { 0.0 }
     }
 
-    /// How far off the plane of a surfel a frame puts it.
+    /// Distance at which a frame puts a surfel from the surfel's plane, in m.
     fn off(&self, frames: &[Option<Keyframe>], link: Link<'_>, sight: &Sight) -> f64 {
         let off = |kept| link.surfel.normal.dot(&(self.place(kept, sight).0 - link.surfel.at));
         frames[sight.frame()].as_ref().map_or(0.0, off)
     }
 
-    /// How far each frame that saw a surfel is from what all of them agree on.
+    /// Deviation of each frame that saw a surfel from their weighted mean, in m.
     pub(super) fn residuals(&self, frames: &[Option<Keyframe>], link: Link<'_>) -> Vec<f64> {
         let mean = self.mean_off(frames, link);
         link.sights.iter().map(|sight| self.off(frames, link, sight) - mean).collect()

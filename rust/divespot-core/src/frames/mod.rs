@@ -1,8 +1,8 @@
-//! Depth frames put together: from the pixels of a sequence to one scan.
+//! Registers and fuses depth frames: from the pixels of a sequence to one scan.
 //!
-//! A frame is cut into small plane patches; patches are laid on a model of all that was seen
-//! before, frame by frame, and then all poses are solved for at once, with the floor as one smooth
-//! surface. Every sum is taken in a fixed order, or in integers.
+//! Small plane patches are fitted to a frame and registered with a model of all frames before
+//! (ICP); then all poses are solved for jointly, with the floor as a smooth surface. Every sum is
+//! taken in a fixed order or in integers. Lengths in m.
 
 mod camera;
 mod confidence;

@@ -1,4 +1,5 @@
-//! What was seen so far: patches averaged in cubes, to be looked up by place.
+//! The model of the scene so far: surfels, the means of patches in cubes, and a search for the
+//! nearest.
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use nalgebra::Vector3;
@@ -7,7 +8,7 @@ use super::keys::{Cells, cell, number};
 use super::motion::Motion;
 use super::patches::Patch;
 
-/// A piece of a surface.
+/// A surface element: mean place (m), normal, and number of pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Surfel {
     pub(crate) at: Vector3<f64>,
@@ -22,16 +23,18 @@ struct Sums {
     count: f64,
 }
 
-/// Sums of patches, a cube each.
+/// Sums of patches, one for each cube.
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
     cube_m: f64,
     cubes: Cells<Sums>,
 }
 
-/// Normals of a cube that differ more than so have no mean: it holds an edge.
+/// Least length of the mean normal in a cube; if it is shorter, the cube holds an edge and has no
+/// surfel. Chosen.
 const AGREEING: f64 = 0.8;
-/// Two surfels nearer than this part of a cube are one, parted by a face between cubes.
+/// Two surfels nearer than this share of a cube's width are one, split by a face between cubes.
+/// Chosen.
 const APART: f64 = 0.6;
 
 impl Model {
@@ -39,14 +42,14 @@ impl Model {
         Self { cube_m, cubes: Cells::default() }
     }
 
-    /// Adds the patches of a frame, seen from `pose`.
+    /// Adds the patches of a frame at `pose`.
     pub(crate) fn add(&mut self, patches: &[Patch], pose: &Motion) {
         for patch in patches {
             self.put(pose.apply(&patch.at), pose.rotation * patch.normal, patch.count);
         }
     }
 
-    /// Adds a piece of a surface of so many pixels.
+    /// Adds a surface element of `count` pixels.
     pub(crate) fn put(&mut self, at: Vector3<f64>, normal: Vector3<f64>, count: f64) {
         let cell = std::array::from_fn(|k| (at[k] / self.cube_m).floor() as i64);
         if let Some(key) = number(cell) {
@@ -57,7 +60,7 @@ impl Model {
         }
     }
 
-    /// The surfels, those parted by a face of cubes put together, in the order of their cubes.
+    /// The surfels in the order of their cubes; of those split by a face between cubes, the larger.
     pub(crate) fn surfels(&self) -> Vec<Surfel> {
         let mean = |(&key, sums): (&u64, &Sums)| {
             let length = sums.normal.norm();
@@ -76,12 +79,12 @@ impl Model {
         kept.into_iter().map(|(_, one)| one).collect()
     }
 
-    /// Bytes of the cubes.
+    /// Memory of the cubes, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.cubes.capacity() * (size_of::<(u64, Sums)>() + 1)
     }
 
-    /// How far a place is from a cube.
+    /// Distance of a place from a cube, in m.
     fn away_m(&self, cube: &[i64; 3], at: &Vector3<f64>) -> f64 {
         let beyond = |k: usize| {
             let low = cube[k] as f64 * self.cube_m;
@@ -90,7 +93,7 @@ impl Model {
         Vector3::from_fn(|k, _| beyond(k)).norm()
     }
 
-    /// Whether a cube nearby holds more of the same surface; of equal ones the first stays.
+    /// Whether a cube beside it holds more of the same surface; ties go to the lower key.
     fn is_beside_greater(&self, key: u64, one: &Surfel, all: &Cells<Surfel>) -> bool {
         let most = APART * self.cube_m;
         let own = cell(key);
@@ -110,7 +113,7 @@ impl Model {
     }
 }
 
-/// Surfels that can be looked up by place.
+/// Surfels with a search by place.
 #[derive(Debug)]
 pub(crate) struct Index {
     pub(crate) surfels: Vec<Surfel>,
@@ -125,7 +128,7 @@ impl Index {
         Self { surfels, cube_m, tree }
     }
 
-    /// The number of the surfel nearest to a place, within a distance.
+    /// Index of the surfel nearest to a place, within a distance.
     #[inline]
     pub(crate) fn nearest(&self, at: &Vector3<f64>, within_m: f64) -> Option<usize> {
         let place = [at.x, at.y, at.z];

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// A turn, then a shift.
+/// A rotation, then a translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// The turn.
+    /// The rotation.
     pub rotation: Matrix3<f64>,
-    /// The shift in metres.
+    /// The translation, in m.
     pub shift: Vector3<f64>,
 }
 
@@ -18,14 +18,14 @@ impl Default for Motion {
 }
 
 impl Motion {
-    /// Where a place comes to lie.
+    /// The moved place.
     #[inline]
     #[must_use]
     pub fn apply(&self, p: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * p + self.shift
     }
 
-    /// First `other`, then this.
+    /// First `other`, then this motion.
     #[must_use]
     pub fn after(&self, other: &Self) -> Self {
         Self {
@@ -34,21 +34,21 @@ impl Motion {
         }
     }
 
-    /// The way back.
+    /// The inverse motion.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
         Self { rotation, shift: -(rotation * self.shift) }
     }
 
-    /// A small turn `by` (axis times angle) about a place, then a shift.
+    /// A small rotation `by` (axis times angle) about a place, then a translation.
     pub(crate) fn small(by: &Vector3<f64>, about: &Vector3<f64>, shift: &Vector3<f64>) -> Self {
         let rotation = turn(by);
         Self { rotation, shift: about - rotation * about + shift }
     }
 }
 
-/// The rotation about an axis by its length in radians (Rodrigues).
+/// The rotation about an axis by its length in radians (Rodrigues' formula).
 pub(crate) fn turn(by: &Vector3<f64>) -> Matrix3<f64> {
     let angle = by.dot(by).sqrt();
     if angle < 1e-300 {
@@ -58,7 +58,7 @@ pub(crate) fn turn(by: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + k * libm::sin(angle) + k * k * (1.0 - libm::cos(angle))
 }
 
-/// A rotation whose rounding errors are taken out again (Gram and Schmidt).
+/// A rotation with its rounding errors removed (Gram-Schmidt).
 fn orthonormal(m: &Matrix3<f64>) -> Matrix3<f64> {
     let x: Vector3<f64> = m.column(0).into();
     let x = x / x.dot(&x).sqrt();

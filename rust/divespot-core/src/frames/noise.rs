@@ -1,41 +1,42 @@
-//! How the noise of a depth camera grows with range and incidence, taken from its own frames.
+//! The noise of a depth camera as a function of range and incidence, estimated from its own frames;
+//! in m.
 
 use crate::robust::scale;
 
 use super::camera::Camera;
 use super::patches::Patch;
 
-/// Standard deviation of a range: `at_metre_m · range^power / cos(incidence)^incidence`.
+/// Standard deviation of a range in m: `at_metre_m · range^power / cos(incidence)^incidence`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// At a range of 1 m, seen straight on.
+    /// At a range of 1 m and normal incidence, in m.
     pub at_metre_m: f64,
-    /// How it grows with range.
+    /// Exponent of the range.
     pub power: f64,
-    /// How it grows with the inverse cosine of the incidence.
+    /// Exponent of the inverse cosine of the incidence.
     pub incidence: f64,
 }
 
 impl Default for Noise {
-    /// That of a depth camera nobody looked at yet: 3 mm at a metre.
+    /// The default before any frame was seen: 3 mm at 1 m.
     fn default() -> Self {
         Self { at_metre_m: 0.003, power: 2.0, incidence: 0.0 }
     }
 }
 
-/// Steepest growth that is believed; the parts of a frame may show no range but one.
+/// Smallest and largest exponent of the range; a frame may show only one range. Chosen.
 const POWERS: (f64, f64) = (0.0, 3.0);
-/// Smallest noise: a tenth of the step of depths in millimetres.
+/// Smallest noise, in m: a tenth of the step of depths in mm.
 const LEAST_M: f64 = 1e-4;
-/// Fewest pixels that say how large the noise is.
+/// Fewest samples of a class. Chosen.
 const FEWEST: usize = 50;
-/// Classes of range, in parts of the widest span, and of incidence.
+/// Classes of range within the frame's span. Chosen.
 const CLASSES: usize = 8;
-/// A second difference of three values has so many times their variance.
+/// Variance of a second difference of three values, in variances of one: 1 + 4 + 1.
 const SECOND: f64 = 6.0;
 
 impl Noise {
-    /// Standard deviation of a range at a cosine of the incidence.
+    /// Standard deviation of a range at this cosine of the incidence, in m.
     #[must_use]
     pub fn sigma_m(&self, range_m: f64, cosine: f64) -> f64 {
         let grown = libm::pow(range_m, self.power);
@@ -43,11 +44,11 @@ impl Noise {
         (self.at_metre_m * grown * tilted).max(LEAST_M)
     }
 
-    /// The noise of the frame that patches were cut from.
+    /// The noise of the frame that the patches were fitted to.
     ///
     /// A surface is straight over three pixels, so second differences along rows and columns are
-    /// noise; their robust spread is taken in classes of range and incidence, and a power law laid
-    /// through them.
+    /// noise. Their robust spread is taken in classes of range and incidence, and a power law is
+    /// fitted to it.
     #[must_use]
     pub fn of(camera: &Camera, ranges_m: &[f32], patches: &[Patch]) -> Self {
         let samples = sampled(camera, ranges_m, patches);
@@ -59,8 +60,8 @@ impl Noise {
     }
 }
 
-/// The noise in steps of range and of incidence: powers of each pixel would take longer than all
-/// else.
+/// The noise, tabulated by range and incidence, because a power for each pixel would dominate the
+/// run time.
 #[derive(Debug, Clone)]
 pub struct NoiseTable {
     noise: Noise,
@@ -68,7 +69,7 @@ pub struct NoiseTable {
     tilted: Vec<f64>,
 }
 
-/// Steps of range in metres, and their number; steps of the cosine from 0 to 1.
+/// Step of range in m, number of steps, and number of steps of the cosine from 0 to 1. Chosen.
 const STEP_M: f64 = 0.005;
 const STEPS: usize = 2048;
 const COSINES: usize = 128;
@@ -86,7 +87,7 @@ impl NoiseTable {
         }
     }
 
-    /// Standard deviation of a range, seen straight on.
+    /// Standard deviation of a range at normal incidence, in m.
     #[inline]
     pub(crate) fn straight_m(&self, range_m: f32) -> f64 {
         let range_m = f64::from(range_m);
@@ -96,14 +97,14 @@ impl NoiseTable {
         }
     }
 
-    /// Standard deviation of a range at a cosine of the incidence.
+    /// Standard deviation of a range at this cosine of the incidence, in m.
     pub(crate) fn sigma_m(&self, range_m: f32, cosine: f64) -> f64 {
         let step = ((cosine * COSINES as f64) as usize).min(COSINES - 1);
         self.straight_m(range_m) * self.tilted[step]
     }
 }
 
-/// Range, cosine of the incidence, and a difference that has the standard deviation of the noise.
+/// Range, cosine of the incidence, and a difference with the noise's standard deviation.
 type Sample = (f64, f64, f64);
 
 fn sampled(camera: &Camera, ranges_m: &[f32], patches: &[Patch]) -> Vec<Sample> {
@@ -128,7 +129,7 @@ fn sampled(camera: &Camera, ranges_m: &[f32], patches: &[Patch]) -> Vec<Sample> 
     found
 }
 
-/// Logarithms of range, inverse cosine and noise of each class with enough samples.
+/// Logarithms of range, inverse cosine and noise, for each class with enough samples.
 fn classed(samples: &[Sample]) -> Vec<[f64; 3]> {
     let low = samples.iter().fold(f64::INFINITY, |low, s| low.min(s.0));
     let high = samples.iter().fold(0.0_f64, |high, s| high.max(s.0));
@@ -153,10 +154,10 @@ fn classed(samples: &[Sample]) -> Vec<[f64; 3]> {
     found
 }
 
-/// The power law through the classes; powers that they do not tell are those of the default.
+/// The power law fitted to the classes; exponents that they do not determine are the default's.
 fn fitted(classes: &[[f64; 3]]) -> Noise {
     let usual = Noise::default();
-    // A weak pull towards the usual powers decides where all classes lie at one range.
+    // A weak prior on the default exponents decides if all classes are at one range. Chosen.
     let pull = 0.05;
     let mut normal = nalgebra::Matrix3::<f64>::zeros();
     let mut right = nalgebra::Vector3::<f64>::zeros();
@@ -185,7 +186,7 @@ pub(crate) mod tests {
     use crate::frames::patches::patches;
     use crate::sample::mix;
 
-    /// A pinhole camera of about 65 x 75 degrees.
+    /// A pinhole camera with a view of about 65° by 75°.
     pub(crate) fn camera(rows: usize, columns: usize) -> Camera {
         let ray = |i: usize| -> Point {
             let x = 0.77 * (2.0 * ((i % columns) as f64 + 0.5) / columns as f64 - 1.0);
@@ -197,13 +198,13 @@ pub(crate) mod tests {
         Camera::new(rows, columns, &rays).unwrap()
     }
 
-    /// Ranges of the plane with a normal, `away_m` ahead of the camera.
+    /// Ranges of a plane with this normal, `away_m` ahead of the camera.
     pub(crate) fn plane(camera: &Camera, normal: Point, away_m: f64) -> Vec<f32> {
         let along = |ray: &[f32; 3]| (0..3).map(|k| normal[k] * f64::from(ray[k])).sum::<f64>();
         camera.rays.iter().map(|ray| (normal[2] * away_m / along(ray)) as f32).collect()
     }
 
-    /// Normal numbers, about: the sum of twelve even ones.
+    /// Roughly normal numbers: the sum of twelve uniform ones.
     pub(crate) fn normal(i: u64) -> f64 {
         (0..12).map(|k| (mix(12 * i + k) >> 11) as f64 / (1_u64 << 53) as f64).sum::<f64>() - 6.0
     }

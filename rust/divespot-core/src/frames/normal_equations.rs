@@ -1,11 +1,11 @@
-//! Normal equations of poses, from which the height of every surfel has been eliminated.
+//! Normal equations of poses, with the height of every surfel eliminated (Schur complement).
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Most unknowns that one observation depends on.
+/// Most unknowns of one observation.
 pub(crate) const WIDTH: usize = 7;
 
-/// An observation of the height of a surfel: `off + row · x[first..first + len]`, for unknowns `x`.
+/// An observation of a surfel's height: `off + row · x[first..first + len]`, for unknowns `x`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
     pub(crate) first: usize,
@@ -54,13 +54,13 @@ impl NormalEquations {
         }
     }
 
-    /// Adds what other observations of the same unknowns say.
+    /// Adds the equations of other observations of the same unknowns.
     pub(crate) fn add(&mut self, other: &Self) {
         self.matrix += &other.matrix;
         self.right += &other.right;
     }
 
-    /// Expects an unknown to differ from another, or from 0, by `off` less than it is now.
+    /// Adds a prior: the unknown, or its difference from another, is `-off`, with a weight.
     pub(crate) fn add_prior(&mut self, one: usize, other: Option<usize>, off: f64, weight: f64) {
         self.matrix[(one, one)] += weight;
         self.right[one] -= weight * off;
@@ -71,7 +71,7 @@ impl NormalEquations {
         }
     }
 
-    /// The solution; none where the equations do not fix it.
+    /// The solution; `None` if the equations do not determine it.
     pub(crate) fn solved(self) -> Option<Solved> {
         let factor = Cholesky::new(self.matrix)?;
         let x = factor.solve(&self.right);
@@ -86,7 +86,7 @@ pub(crate) struct Solved {
 }
 
 impl Solved {
-    /// The variance of a combination of the unknowns, for observations of the weights given.
+    /// The variance of a linear combination of the unknowns, if weights are inverse variances.
     pub(crate) fn variance(&self, combination: &DVector<f64>) -> f64 {
         combination.dot(&self.factor.solve(combination))
     }

@@ -1,4 +1,5 @@
-//! What frames, and the floor's plane, say of the height of a surfel.
+//! The observations of a surfel's height, by frames and by the floor's plane, for the joint
+//! solution.
 
 use nalgebra::Vector3;
 
@@ -7,14 +8,16 @@ use super::links::{Link, Sight};
 use super::normal_equations::{Row, WIDTH};
 use super::state::{ALIKE, State};
 
-/// A residual of more standard deviations counts less.
+/// Residuals of more standard deviations lose weight. Chosen.
 const HUBER: f64 = 3.0;
-/// The floor is within this part of the range of its plane, and so many degrees (cosine) of it.
+/// Largest distance of a floor's surfel from its plane, as a share of the range, and least cosine
+/// of its angle to it: 10°. Chosen.
 const FLOOR: f64 = 0.015;
 pub(super) const LEVEL: f64 = 0.985;
 
 impl State {
-    /// What is known of the height of a surfel, along its normal, instead of what `rows` held.
+    /// Writes the observations of a surfel's height along its normal to `rows`, replacing its
+    /// content.
     pub(super) fn rows(
         &self,
         frames: &[Option<Keyframe>],
@@ -40,7 +43,7 @@ impl State {
         rows.extend(self.floor_row(link));
     }
 
-    /// Where a sight is, and along which ray.
+    /// The place and the ray of an observation, in the scan's coordinates.
     #[inline]
     pub(super) fn place(&self, kept: &Keyframe, sight: &Sight) -> (Vector3<f64>, Vector3<f64>) {
         let (at, ray) = sight.at(self.offsets_m[sight.frame()]);
@@ -52,7 +55,7 @@ impl State {
         1.0 / (sight.noise_m2() + self.unexplained_m * self.unexplained_m)
     }
 
-    /// What the plane of the floor says of a surfel that is of it.
+    /// The observation by the floor's plane, if the surfel belongs to the floor.
     fn floor_row(&self, link: Link<'_>) -> Option<Row> {
         if !self.is_floor(link) {
             return None;
@@ -70,7 +73,7 @@ impl State {
         self.has_floor && !self.is_exact && self.is_level(link)
     }
 
-    /// Whether a surfel is level, and near the floor's plane.
+    /// Whether a surfel is level and near the floor's plane.
     pub(super) fn is_level(&self, link: Link<'_>) -> bool {
         let surfel = link.surfel;
         let height_m = surfel.at.z - self.plane.dot(&Vector3::new(1.0, surfel.at.x, surfel.at.y));
@@ -78,11 +81,11 @@ impl State {
     }
 }
 
-/// Takes weight from rows that are far from what the others say, in their standard deviations.
+/// Reduces the weight of rows that deviate from the others, in standard deviations.
 fn lighten(rows: &mut [Row], is_settled: bool) {
     let middle = crate::robust::median(rows.iter().map(|r| r.off).collect());
     let off = |row: &Row| (row.off - middle).abs() * row.weight.sqrt();
-    // Of two that disagree, none is known to be right.
+    // Of two that disagree, neither is known to be right.
     let is_pair = rows.len() == 2;
     let apart = rows.iter().map(off).fold(0.0, f64::max);
     for row in &mut *rows {

@@ -1,4 +1,4 @@
-//! Small plane patches of a frame: means and normals of blocks of pixels.
+//! Small plane patches of a frame: means (m) and normals of blocks of pixels.
 
 use nalgebra::Vector3;
 
@@ -6,18 +6,18 @@ use crate::parallel::map_chunks;
 
 use super::camera::{Axes, Camera};
 
-/// A block of pixels on one plane, in the camera's frame.
+/// A block of pixels on one plane, in the camera's coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch {
-    /// The mean of its points, in metres.
+    /// Mean of its points, in m.
     pub at: Vector3<f64>,
-    /// The normal, towards the camera.
+    /// Unit normal, towards the camera.
     pub normal: Vector3<f64>,
-    /// Pixels.
+    /// Number of pixels.
     pub count: f64,
-    /// Variance of the normal's slope by the distances of its points from their plane.
+    /// Variance of the normal's slope, from the distances of its points from their plane.
     pub slope_var: f64,
-    /// A pixel in its middle.
+    /// Index of a pixel in its middle.
     pub pixel: usize,
 }
 
@@ -29,13 +29,13 @@ impl Patch {
     }
 }
 
-/// Share of a block's pixels that must lie on a surface.
+/// Least share of a block's pixels that lie on a surface. Chosen.
 const FULL: f64 = 0.6;
 /// Least cosine of the incidence: 80°, as at depth edges.
 const GRAZING: f64 = 0.17;
-/// A patch is no plane if it is thicker than this part of its width, both as standard deviations.
+/// Largest thickness of a plane patch, as a share of its width (both standard deviations). Chosen.
 const THICK: f64 = 0.5;
-/// Rows of blocks that a thread takes at a time.
+/// Rows of blocks for a thread at a time. Decides no answer.
 const CHUNK: usize = 4;
 
 /// The patches of a frame, row by row of its blocks.
@@ -72,19 +72,19 @@ fn patch(camera: &Camera, ranges_m: &[f32], usable: &[bool], number: usize) -> O
     sums.patch(&camera.blocks[number], anchor, pixel)
 }
 
-/// What a plane through pixels follows from, by regression of inverse ranges.
+/// The sums from which a plane through pixels follows, by regression of inverse ranges.
 ///
 /// On a plane `n · p = d` seen along rays, `1 / range = n · ray / d` is linear in the ray, which is
-/// known exactly. The flattest axis of the points themselves would be tilted: their noise moves
-/// them along the ray, and so at once along and across a plane that is seen at an angle.
+/// known exactly. A least-squares plane of the points themselves would be tilted: their noise is
+/// along the ray, and therefore both along and across a plane at oblique incidence.
 #[derive(Default)]
 struct Sums {
     count: f64,
-    /// Across, down, their squares and product.
+    /// Right, down, their squares and product.
     rays: [f64; 5],
-    /// Inverse distances ahead beside that of the anchor: themselves, by across, by down, squared.
+    /// Inverse forward distance less that of the anchor: its sum, times right, times down, squared.
     inverse: [f64; 4],
-    /// Distances across, down and ahead.
+    /// Distances right, down and forward, in m.
     places: [f64; 3],
 }
 

@@ -1,5 +1,5 @@
-//! Where a frame may lie on the model, found without a start: heights above the floor, compared
-//! over a grid of shifts and turns.
+//! Finds the approximate pose of a frame on the model without a start: heights above the floor,
+//! compared over a grid of translations and rotations.
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,22 @@ use super::model::Surfel;
 use super::motion::Motion;
 use super::patches::Patch;
 
-/// Edge of a cell, as a part of the range.
+/// Width of a cell, as a share of the range. Chosen.
 const CELL: f64 = 0.035;
-/// How far shifts go, as a part of the range, and which turns are tried, in degrees.
+/// Largest translation, as a share of the range, and the rotations tried, in degrees. Chosen.
 const FARTHEST: f64 = 0.8;
 const TURNS_DEG: [f64; 7] = [0.0, -6.0, 6.0, -12.0, 12.0, -20.0, 20.0];
-/// Least share of a frame's cells that must lie on the model.
+/// Least share of a frame's cells that overlap with the model. Chosen.
 const OVERLAP: f64 = 0.3;
-/// Differences in height beyond this part of the range count as this.
+/// Cap on height differences, as a share of the range. Chosen.
 const CAP: f64 = 0.05;
-/// Cost of a shift by the range, in parts of it: where nothing tells shifts apart, the nearest.
+/// Cost of a translation, as a share of its length, so that the smallest wins where heights do not
+/// decide. Chosen.
 const PULL: f64 = 5e-4;
 
-/// The pose near `expected` at which the heights of a frame agree best with those of the model.
+/// The pose near `expected` at which the heights of a frame agree best with the model.
 ///
-/// The model's floor is z = 0; `level` turns the frame's own floor onto it.
+/// The model's floor is z = 0; `level` moves the frame's own floor onto it.
 pub(crate) fn search(
     surfels: &[Surfel],
     patches: &[Patch],
@@ -65,7 +66,7 @@ fn grid(places: impl Iterator<Item = Vector3<f64>>, cell_m: f64) -> Grid {
     sums.into_iter().map(|(cell, (sum, count))| (cell, sum / count)).collect()
 }
 
-/// A box of heights, NaN where none is known.
+/// A rectangle of heights, NaN where unknown.
 struct Dense {
     low: [i32; 2],
     size: [i32; 2],
@@ -130,7 +131,7 @@ fn best_shift(
     best
 }
 
-/// The part of a rotation that turns about z.
+/// The part of a rotation about z.
 fn turn_about_z(rotation: &Matrix3<f64>) -> Matrix3<f64> {
     about_z(libm::atan2(rotation[(1, 0)], rotation[(0, 0)]))
 }

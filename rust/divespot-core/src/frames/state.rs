@@ -1,4 +1,4 @@
-//! What is known of frames while their poses are solved for.
+//! The state of the joint solution of poses.
 
 use nalgebra::Vector3;
 
@@ -8,21 +8,23 @@ use super::noise::NoiseTable;
 use super::normal_equations::{Solved, WIDTH};
 use super::track::Tracker;
 
-/// Standard uncertainty of a depth camera's offset: Microsoft gives 11 mm as its largest.
+/// Standard uncertainty of a depth camera's range offset, in m: about half the 11 mm that Microsoft
+/// gives as the largest.
 pub(super) const OFFSET_M: f64 = 0.006;
-/// A floor's unevenness is alike over this part of the range.
+/// The floor's unevenness is correlated over this share of the range. Chosen.
 pub(super) const ALIKE: f64 = 0.2;
-/// Departures of surfels that no pixel's noise explains, at first.
+/// Initial standard deviation of surfels beyond their pixels' noise, in m. Chosen.
 const UNEXPLAINED_M: f64 = 3e-4;
-/// A patch belongs to a surfel within this part of a cube along the normal, at first and later.
+/// Largest distance of a patch from its surfel along the normal, as a share of a cube's width, in
+/// the first and in later rounds. Chosen.
 const ALONG: f64 = 0.5;
 const SETTLED: f64 = 0.2;
 
-/// What is known so far.
+/// The state so far.
 pub(super) struct State {
     pub(super) offsets_m: Vec<f64>,
     pub(super) offset_m: f64,
-    /// Height and slopes of the floor's plane.
+    /// Height (m) and slopes of the floor's plane.
     pub(super) plane: Vector3<f64>,
     pub(super) has_floor: bool,
     pub(super) unexplained_m: f64,
@@ -31,17 +33,17 @@ pub(super) struct State {
     pub(super) cube_m: f64,
     pub(super) threads: usize,
     pub(super) is_exact: bool,
-    /// Where among the unknowns each frame's stand; none of those that are not solved for.
+    /// Index of each frame's first unknown; `None` if it is not solved for.
     pub(super) places: Vec<Option<usize>>,
     pub(super) unknowns: usize,
     pub(super) solved: Option<Solved>,
-    /// Whether the ranges' offset is sought.
+    /// Whether the offset of the ranges is estimated.
     pub(super) has_offset: bool,
-    /// How much larger the variance of places is than that of surfels lets expect.
+    /// Variance of places' means, relative to that expected from independent surfels.
     pub(super) excess: f64,
-    /// Whether the frames lie so near that what does not fit is something else.
+    /// Whether the frames are near their final poses, so that large residuals are outliers.
     pub(super) is_settled: bool,
-    /// The farthest that a frame moved since surfels were linked.
+    /// Upper bound on how far a frame has moved since surfels were linked, in m.
     pub(super) moved_m: f64,
 }
 
@@ -95,7 +97,7 @@ impl State {
     }
 }
 
-/// The middle of what each frame saw: its pose is turned about it.
+/// Mean place of each frame's patches, about which its pose is rotated.
 pub(super) fn middles(frames: &[Option<Keyframe>]) -> Vec<Vector3<f64>> {
     let middle = |kept: &Keyframe| {
         let sum: Vector3<f64> = kept.patches.iter().map(|p| p.at(0.0)).sum();

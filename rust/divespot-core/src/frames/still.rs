@@ -1,8 +1,9 @@
-//! Frames of a camera that did not move, averaged; what moved through the view is left out.
+//! Averages the frames of a camera that did not move; what moved through the view is left out.
+//! Ranges in m.
 //!
-//! They are looked at twice, one at a time. First each pixel holds a range that the frames vote
-//! for or against, so that the surface stays which most of them saw (after Boyer and Moore 1981);
-//! then what lies about that range is summed up, in integers.
+//! The frames are read twice, one at a time. First the frames vote for or against the range held by
+//! each pixel, so that the surface seen by most of them remains (majority vote of Boyer and Moore
+//! 1981). Then the ranges near it are summed, in integers.
 
 use crate::parallel::fill_chunks;
 use crate::robust::median;
@@ -13,54 +14,54 @@ use super::noise::NoiseTable;
 /// The mean of frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Averaged {
-    /// Mean range of each pixel; NaN where too few frames saw it.
+    /// Mean range of each pixel, in m; NaN if too few frames saw it.
     pub ranges_m: Vec<f32>,
-    /// Typical standard deviation of a pixel from frame to frame.
+    /// Typical standard deviation of a pixel between frames, in m.
     pub sigma_m: f64,
-    /// Standard deviation of whole frames about their mean.
+    /// Standard deviation of whole frames about their mean, in m.
     pub between_m: f64,
     /// Share of the valid pixels that were left out.
     pub left_out: f64,
 }
 
-/// Ranges within so many standard deviations of the one voted for are of the same surface: four,
-/// √2 of one pixel's, and half as much again where a surface is noisier than most.
+/// Largest distance of a range from the one voted for on the same surface, in standard deviations
+/// of a pixel: four, times √2 for a difference, times 1.5 for surfaces noisier than most. Chosen.
 const SAME: f64 = 4.0 * std::f64::consts::SQRT_2 * 1.5;
-/// Least share of the frames in which a pixel must have seen its surface.
+/// Least share of the frames in which a pixel saw its surface. Chosen.
 const SEEN: f64 = 0.3;
-/// Parts of a metre in which ranges are summed up.
+/// Integer units of range in 1 m.
 const PARTS: f64 = 65_536.0;
-/// Pixels that a thread takes at a time.
+/// Pixels for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
-/// Pixels whose deviation from frame to frame is looked at, about.
+/// Approximate number of pixels whose deviation between frames is measured. Chosen.
 const LOOKED_AT: usize = 4000;
 
-/// A pixel of a camera that stands still.
+/// A pixel of a camera that does not move.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pixel {
-    /// The range that is voted for.
+    /// The range voted for, in m.
     anchor_m: f32,
     votes: u16,
     count: u16,
     valid: u16,
-    /// Of ranges beside the anchor, in parts of a metre.
+    /// Sum of ranges relative to the anchor, in integer units.
     sum: i32,
 }
 
-/// Frames of a camera that stands still, so far.
+/// The frames so far of a camera that does not move.
 #[derive(Debug)]
 pub struct Still {
     pixels: Vec<Pixel>,
     noise: NoiseTable,
     threads: usize,
     frames: u32,
-    /// Mean of each frame beside the anchors.
+    /// Mean of each frame relative to the anchors, in m.
     offs_m: Vec<f64>,
     squares: Vec<f64>,
 }
 
 impl Still {
-    /// No frames yet, of so many pixels.
+    /// Creates an empty average over this many pixels.
     #[must_use]
     pub fn new(pixels: usize, noise: NoiseTable, threads: usize) -> Self {
         Self {
@@ -73,7 +74,7 @@ impl Still {
         }
     }
 
-    /// Looks at a frame for the first time.
+    /// First reading of a frame: the vote.
     pub fn vote(&mut self, ranges_m: &[f32]) {
         let noise = &self.noise;
         fill_chunks(&mut self.pixels, CHUNK, self.threads, |first, piece| {
@@ -85,7 +86,7 @@ impl Still {
         });
     }
 
-    /// Adds a frame, all of which were voted on.
+    /// Second reading of a frame, after the votes of all frames: the sum.
     pub fn add(&mut self, ranges_m: &[f32]) {
         let noise = &self.noise;
         self.frames += 1;
@@ -99,7 +100,7 @@ impl Still {
         self.look_at(ranges_m);
     }
 
-    /// How far a frame is off the anchors as a whole, and some of its pixels each.
+    /// Measures how far a frame, and some of its pixels, are off the anchors.
     fn look_at(&mut self, ranges_m: &[f32]) {
         let every = every(self.pixels.len());
         let mut offs = Vec::with_capacity(self.squares.len());
@@ -141,7 +142,7 @@ impl Still {
         median(own.map(variance).collect()).sqrt()
     }
 
-    /// Bytes of what is held.
+    /// Memory used, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.pixels.capacity() * size_of::<Pixel>() + self.squares.capacity() * size_of::<f64>()
@@ -167,7 +168,7 @@ impl Pixel {
         }
     }
 
-    /// How far a range is beside the anchor, if it is of the same surface.
+    /// A range relative to the anchor in m, if it is of the same surface.
     #[inline]
     fn off(&self, range_m: f32, noise: &NoiseTable) -> Option<f64> {
         let off_m = f64::from(range_m) - f64::from(self.anchor_m);
@@ -179,7 +180,7 @@ impl Pixel {
     }
 }
 
-/// Of so many pixels one is looked at.
+/// Every how many pixels one is measured.
 fn every(pixels: usize) -> usize {
     (pixels / LOOKED_AT).max(1)
 }

@@ -1,4 +1,4 @@
-//! Frames laid on the model one after the other.
+//! Registers frames with the model, one after the other. Lengths in m.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,11 +16,11 @@ use super::search::search;
 /// Why a frame could not be placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lost {
-    /// It shows too little.
+    /// It has too few patches.
     Empty,
-    /// It shows too little of what was seen before.
+    /// It overlaps too little with the frames before.
     Overlap,
-    /// It fits nowhere on what was seen before.
+    /// It agrees nowhere with the frames before.
     Fit,
 }
 
@@ -29,11 +29,11 @@ pub enum Lost {
 pub struct Placed {
     /// Share of the frame that was seen before.
     pub overlap: f64,
-    /// Share of that which lies on the model.
+    /// Share of that which agrees with the model.
     pub lying: f64,
-    /// Robust standard deviation of the distances from it.
+    /// Robust standard deviation of the distances from the model, in m.
     pub sigma_m: f64,
-    /// The direction along which nothing tells where the frame lies.
+    /// The direction along which the scene does not fix the frame.
     pub sliding: Option<[f64; 3]>,
 }
 
@@ -43,41 +43,42 @@ pub struct Tracker {
     threads: usize,
     model: Option<Model>,
     keyframes: Keyframes,
-    /// What the frames are laid on that were not solved for.
+    /// The solution with which frames outside it are registered.
     pub(crate) settled: Option<Settled>,
-    /// The range that the first frame shows, in the middle.
+    /// Median range of the first frame, in m.
     pub(crate) range_m: f64,
 }
 
-/// What was solved for, to lay others on.
+/// A joint solution, to register other frames with.
 #[derive(Debug)]
 pub(crate) struct Settled {
     pub(crate) index: Index,
     pub(crate) offset_m: f64,
 }
 
-/// Least overlap with the model.
+/// Least overlap with the model. Chosen.
 const OVERLAP: f64 = 0.25;
-/// Least share of the overlap that must lie on the model.
+/// Least share of the overlap that agrees with the model. Chosen.
 const LYING: f64 = 0.6;
-/// Edge of a cube of the model, as a part of the range: some patches wide.
+/// Width of a cube of the model, as a share of the range: a few patches. Chosen.
 const CUBE: f64 = 0.02;
-/// The floor's thickness, as a part of the range, and planes that are tried.
+/// Thickness of the floor, as a share of the range, and number of planes tried. Chosen.
 const FLOOR: f64 = 0.01;
 const HYPOTHESES: u32 = 200;
-/// A frame that lies so well on the model is not looked for elsewhere.
+/// A frame of which this share agrees with the model is not searched elsewhere. Chosen.
 const WELL: f64 = 0.8;
-/// One that lies even better is not compared with where the frame before was.
+/// One with this share is not compared with the pose of the frame before. Chosen.
 const SURELY: f64 = 0.97;
-/// It lies better elsewhere if so much more of the overlap lies on the model there, an overlap
-/// not below this part of the other.
+/// A pose is better if more of the overlap agrees with the model by this share, at an overlap of at
+/// least this share of the other's. Chosen.
 const MORE: f64 = 0.01;
 const SHARED: f64 = 0.6;
-/// Or if it costs less than this part of what it does elsewhere, and lies no worse.
+/// A pose is also better if it costs less than this share of the other's cost and agrees at least
+/// as well. Chosen.
 const CHEAPER: f64 = 0.95;
 
 impl Tracker {
-    /// Nothing was seen yet.
+    /// Creates an empty sequence.
     #[must_use]
     pub fn new(threads: usize) -> Self {
         Self {
@@ -89,7 +90,7 @@ impl Tracker {
         }
     }
 
-    /// The range that the first frame shows, in the middle.
+    /// Median range of the first frame, in m.
     #[must_use]
     pub fn range_m(&self) -> f64 {
         self.range_m
@@ -99,7 +100,7 @@ impl Tracker {
         self.threads
     }
 
-    /// Edge of a cube of the model.
+    /// Width of a cube of the model, in m.
     pub(crate) fn cube_m(&self) -> f64 {
         CUBE * self.range_m
     }
@@ -118,13 +119,13 @@ impl Tracker {
         self.frames().iter().map(|kept| kept.as_ref().map(|kept| kept.pose)).collect()
     }
 
-    /// Bytes of the model, and of what is held of frames.
+    /// Memory of the model and of the frames, in bytes.
     #[must_use]
     pub fn bytes(&self) -> (usize, usize) {
         (self.model.as_ref().map_or(0, Model::bytes), self.keyframes.bytes())
     }
 
-    /// Places the next frame; `given` is where it stood, more or less, or exactly if `is_exact`.
+    /// Places the next frame; `given` is its approximate pose, or its exact one if `is_exact`.
     ///
     /// # Errors
     ///
@@ -150,7 +151,7 @@ impl Tracker {
         }
     }
 
-    /// Where a frame lies on what was solved for, if it was not itself.
+    /// The pose of a placed frame, registered with the joint solution if it was not part of it.
     #[must_use]
     pub fn settled(&self, number: usize, patches: &[Patch]) -> Option<Motion> {
         let start = self.frames().get(number)?.as_ref()?.pose;
@@ -191,16 +192,16 @@ impl Tracker {
         Ok((pose, Placed { overlap, lying, sigma_m, sliding }))
     }
 
-    /// The best of what comes of the places where the frame may lie.
+    /// The best of the registrations from several starts.
     fn best(&self, index: &Index, patches: &[Patch], given: Option<Motion>) -> Fit {
         let laid = |start: Motion, rough| lay(index, patches, start, rough, self.threads);
         let mut best = laid(given.unwrap_or_else(|| self.expected()), true);
         if given.is_none() && best.lying > SURELY && self.is_steady() {
             return best;
         }
-        // Poses that were given may be another sequence's.
+        // Given poses may belong to another sequence.
         let expected = given.map(|_| laid(self.expected(), true));
-        // Somebody in the view draws a rough search along, but not one that is near already.
+        // A person in the view can mislead a coarse search, but not one from a near start.
         let last = self.last().map(|start| laid(start, false));
         for fit in expected.into_iter().chain(last) {
             if is_better(&fit, &best) {
@@ -218,7 +219,7 @@ impl Tracker {
         elsewhere.filter(|fit| is_better(fit, &best)).unwrap_or(best)
     }
 
-    /// Where the frame before was.
+    /// The pose of the frame before.
     fn last(&self) -> Option<Motion> {
         self.frames().iter().rev().flatten().next().map(|kept| kept.pose)
     }
@@ -228,7 +229,7 @@ impl Tracker {
         self.frames().iter().rev().take(2).filter(|kept| kept.is_some()).count() == 2
     }
 
-    /// The pose at which the next frame is expected: the last motion goes on.
+    /// The expected pose of the next frame: the last motion continues.
     fn expected(&self) -> Motion {
         let mut placed = self.frames().iter().rev().flatten();
         let Some(last) = placed.next() else { return Motion::default() };
@@ -241,21 +242,22 @@ impl Tracker {
     }
 }
 
-/// Whether a frame lies better on the model at one place than at another.
+/// Whether one registration is better than another.
 fn is_better(one: &Fit, other: &Fit) -> bool {
     let overlaps = one.overlap >= OVERLAP && one.overlap > SHARED * other.overlap;
     let lies_better = one.lying > other.lying + MORE && one.cost < other.cost;
-    // A small pile on a large floor is little of the overlap, but much of what it costs.
+    // A small pile on a large floor is a small part of the overlap, but a large part of the cost.
     let costs_less = one.lying >= other.lying && one.cost < CHEAPER * other.cost;
     overlaps && (lies_better || costs_less)
 }
 
-/// The motion that lays the floor of a frame onto z = 0, the camera above the origin.
+/// The motion of a frame's floor onto z = 0, with the camera above the origin.
 pub(crate) fn leveled(patches: &[Patch], range_m: f64, threads: usize) -> Option<Motion> {
     let points: Vec<crate::Point> = patches.iter().map(|p| p.at.into()).collect();
     let plane = floor(&points, [0.0; 3], range_m, threads)?;
     let up = Vector3::from(plane.normal);
-    // The camera's x axis becomes the world's, as far as the floor allows; else its y axis.
+    // The camera's x axis becomes the scan's, projected on the floor; if it is near vertical, its y
+    // axis.
     let ahead = if up.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
     let x = (ahead - up * up.dot(&ahead)).normalize();
     let rotation = Matrix3::from_columns(&[x, up.cross(&x), up]).transpose();

@@ -1,13 +1,13 @@
-//! What pixels add up to in voxels, in integers, and the points that come of it.
+//! Integer sums of pixels in voxels, and the points made of them.
 
 use crate::Point;
 use crate::accumulator::ONE;
 
 use super::keys::{Cells, cell, number};
 
-/// Parts of an edge.
+/// Integer units along a voxel's edge.
 pub(crate) const PARTS: f64 = 65_536.0;
-/// Voxels along an edge of a brick: neighbours are looked up together.
+/// Voxels along the edge of a brick, in which neighbours are looked up together.
 const EDGE: i64 = 4;
 const VOXELS: usize = 64;
 
@@ -22,7 +22,7 @@ pub(crate) struct Item {
 }
 
 impl Item {
-    /// The brick of a voxel, and its number within.
+    /// The brick of a voxel, and the voxel's number within it.
     #[inline]
     pub(crate) fn home(at: [i64; 3]) -> Option<(u64, u8)> {
         let [x, y, z] = at.map(|v| v & (EDGE - 1));
@@ -31,11 +31,11 @@ impl Item {
     }
 }
 
-/// What the pixels in one voxel add up to.
+/// The sums of one voxel's pixels.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     weight: u64,
-    /// Weighted places in the voxel, in parts of its edge.
+    /// Weighted places in the voxel, in integer units.
     inside: [u64; 3],
     /// Weighted squares of the heights in it.
     square: u64,
@@ -65,17 +65,17 @@ impl Sums {
     }
 }
 
-/// Voxels, those of a brick side by side, in the order in which they were first seen.
+/// Voxels, grouped by brick, in the order in which they were first seen.
 #[derive(Debug, Default)]
 pub(crate) struct Voxels {
     bricks: Cells<u32>,
-    /// Of each brick the places of its voxels among the sums, from 1; 0 of those that are empty.
+    /// For each brick the indices of its voxels' sums, from 1; 0 for empty voxels.
     places: Vec<[u32; VOXELS]>,
     sums: Vec<Sums>,
 }
 
 impl Voxels {
-    /// Adds pixels of a frame, whose number is above 0; runs of them lie in one brick, mostly.
+    /// Adds pixels of a frame, whose number is above 0; consecutive ones are mostly in one brick.
     pub(crate) fn add(&mut self, items: &[Item], frame: u32) {
         for run in items.chunk_by(|a, b| a.brick == b.brick) {
             let brick = self.brick(run[0].brick);
@@ -120,7 +120,7 @@ impl Voxels {
         &mut self.sums[*place as usize - 1]
     }
 
-    /// The numbers of all voxels, and what they hold.
+    /// The keys of all voxels, and their means.
     pub(crate) fn held(&self, voxel_m: f64) -> Vec<(u64, Held)> {
         let mut found = Vec::with_capacity(self.sums.len());
         for (&key, &brick) in &self.bricks {
@@ -143,11 +143,11 @@ impl Voxels {
     }
 }
 
-/// The mean of a voxel, or of several.
+/// The mean of one or several voxels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Held {
     pub(crate) at: Point,
-    /// Mean square of the heights.
+    /// Mean square of the heights, in m².
     square_m2: f64,
     weight: f64,
     pub(crate) pixels: u32,
@@ -181,7 +181,7 @@ impl Held {
         }
     }
 
-    /// Standard deviation of the heights.
+    /// Standard deviation of the heights, in m.
     pub(crate) fn spread_m(&self) -> f64 {
         let variance = self.square_m2 - self.at[2] * self.at[2];
         if variance > 0.0 { variance.sqrt() } else { 0.0 }

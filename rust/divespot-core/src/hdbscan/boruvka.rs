@@ -1,4 +1,5 @@
-//! The minimum spanning tree of the mutual reachability graph, by Borůvka's rounds.
+//! The minimum spanning tree of the mutual reachability graph, by Borůvka's algorithm with searches
+//! in a kd-tree.
 
 use crate::cancel::poll;
 use crate::parallel::share;
@@ -8,7 +9,7 @@ use super::rounds::{CHUNK, Edge, Rounds};
 use super::search::Search;
 use super::tree::{LEAF, Tree};
 
-/// The `n - 1` edges of a minimum spanning tree, in no order.
+/// The `n - 1` edges of a minimum spanning tree, unsorted.
 ///
 /// Which of several edges of equal weight is taken may vary; the sorted weights do not.
 pub(super) fn spanning_tree(tree: &Tree, neighbors: Neighbors, threads: usize) -> Vec<Edge> {
@@ -23,7 +24,7 @@ pub(super) fn spanning_tree(tree: &Tree, neighbors: Neighbors, threads: usize) -
     rounds.edges
 }
 
-/// Second pass of a round: what no list tells, from the tree.
+/// Second pass of a round: edges that are in no list of neighbours are searched in the tree.
 fn search(rounds: &mut Rounds<'_>) {
     let mut exits = std::mem::take(&mut rounds.exits);
     let pieces = exits.chunks_mut(CHUNK * LEAF).enumerate();

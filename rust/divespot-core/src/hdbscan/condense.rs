@@ -1,50 +1,50 @@
-//! From the spanning tree to the condensed tree of clusters (Campello et al. 2013).
+//! The condensed tree of clusters, from the spanning tree (Campello et al. 2013).
 
 use crate::cancel::poll;
 
 use super::forest::Forest;
 use super::rounds::Edge;
 
-/// No cluster.
+/// Marks no cluster.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A cluster of the condensed tree. Children come before their parents; the root is last.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cluster {
-    /// The cluster that this one splits off; `NONE` for the root.
+    /// The cluster that this one splits off from; `NONE` for the root.
     pub(super) parent: u32,
     /// Distance at which it splits off; infinite for the root.
     pub(super) birth: f64,
-    /// Distance at which it splits in turn, or its last points fall apart.
+    /// Distance at which it splits itself, or its last points separate.
     pub(super) death: f64,
-    /// Excess of mass: the sum over its points of 1 / (distance of leaving) - 1 / birth.
+    /// Excess of mass: sum over its points of 1 / (distance of leaving) - 1 / birth.
     pub(super) stability: f64,
 }
 
-/// How a place leaves the condensed tree.
+/// How a point leaves the condensed tree.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leave {
-    /// The cluster that it leaves last; `NONE` where there is no cluster at all.
+    /// The cluster that it leaves last; `NONE` if there is no cluster at all.
     pub(super) cluster: u32,
     /// The weight at which it leaves.
     pub(super) weight: f32,
 }
 
-/// The condensed tree: its clusters, and how each place leaves it.
+/// The condensed tree: its clusters, and how each point leaves it.
 pub(super) struct Condensed {
     pub(super) clusters: Vec<Cluster>,
     pub(super) leaves: Vec<Leave>,
 }
 
-/// Weight as a distance. Coinciding points get the smallest distance that there is, so that
+/// The distance of a weight. Coinciding points get the smallest positive distance, so that
 /// densities stay finite.
 pub(super) fn distance(weight: f32) -> f64 {
     f64::from(weight.max(f32::MIN_POSITIVE)).sqrt()
 }
 
-/// Condenses the hierarchy of `count` places whose spanning tree is `edges`, sorted by weight.
+/// Condenses the hierarchy of `count` places with the spanning tree `edges`, sorted by weight.
 ///
-/// All edges of one weight merge at once: what comes out does not depend on their order.
+/// All edges of equal weight are merged at once, so the result does not depend on their order.
 pub(super) fn condense(edges: &[Edge], count: usize, min_cluster_size: usize) -> Condensed {
     let mut growth = Growth::new(count, min_cluster_size);
     for level in edges.chunk_by(|a, b| a.weight == b.weight) {
@@ -57,21 +57,22 @@ pub(super) fn condense(edges: &[Edge], count: usize, min_cluster_size: usize) ->
     growth.condensed
 }
 
-/// A component that takes part in a merger.
+/// A component in a merger.
 #[derive(Clone, Copy)]
 struct Part {
-    /// Root of the component merged into.
+    /// Root of the component it merges into.
     into: u32,
     root: u32,
     size: u32,
 }
 
-/// What a place is to the component that it is in.
+/// A place as a member of its component.
 #[derive(Clone, Copy)]
 struct Member {
-    /// The next member, in a ring; kept up while the component is too small for a cluster.
+    /// The next member, in a circular list; maintained while the component is too small for a
+    /// cluster.
     next: u32,
-    /// In a root: the cluster that the component is, or `NONE`.
+    /// In a root: the component's cluster, or `NONE`.
     cluster: u32,
 }
 
@@ -95,7 +96,7 @@ impl Growth {
         }
     }
 
-    /// The component that holds a place, before a merger.
+    /// The component of a place, before a merger.
     fn part(&mut self, place: u32) -> Part {
         let root = self.forest.find(place);
         Part { into: root, root, size: self.forest.size(root) }
@@ -151,12 +152,12 @@ impl Growth {
                 child.stability -= f64::from(part.size) / distance(weight);
             }
         }
-        // One sum of whole numbers, one addition: the order of the parts leaves no trace.
+        // One integer sum and one addition, so the order of the parts does not matter.
         self.condensed.clusters[cluster as usize].stability += f64::from(joined) / distance(weight);
         self.members[parts[0].into as usize].cluster = cluster;
     }
 
-    /// Starts a cluster that falls apart at `weight`.
+    /// Starts a cluster that dies at `weight`.
     fn found(&mut self, weight: f32) -> u32 {
         let clusters = &mut self.condensed.clusters;
         let (birth, death) = (f64::INFINITY, distance(weight));
@@ -164,7 +165,7 @@ impl Growth {
         clusters.len() as u32 - 1
     }
 
-    /// Makes one ring of the members of components that are no cluster yet.
+    /// Links the members of components that are no cluster yet into one circular list.
     fn link(&mut self, parts: &[Part]) {
         for pair in parts.windows(2) {
             let (a, b) = (pair[0].root as usize, pair[1].root as usize);

@@ -1,6 +1,6 @@
-//! Disjoint sets.
+//! Disjoint sets (union-find).
 
-/// Sets of `0..count`, each known by its root.
+/// Disjoint sets of `0..count`, each named by its root.
 pub(super) struct Forest {
     trees: Vec<Tree>,
 }
@@ -8,7 +8,7 @@ pub(super) struct Forest {
 #[derive(Clone, Copy)]
 struct Tree {
     parent: u32,
-    /// Members of the set; kept up in roots alone.
+    /// Number of members; valid only in roots.
     size: u32,
 }
 
@@ -45,13 +45,13 @@ impl Forest {
         self.trees[i as usize].parent == i
     }
 
-    /// Members of the set whose root is `root`.
+    /// Number of members of the set with this root.
     #[inline]
     pub(super) fn size(&self, root: u32) -> u32 {
         self.trees[root as usize].size
     }
 
-    /// Joins two sets given by their roots; returns the new root.
+    /// Joins two sets, given by their roots; returns the new root.
     #[inline]
     pub(super) fn join(&mut self, a: u32, b: u32) -> u32 {
         let (small, large) = if self.size(a) < self.size(b) { (a, b) } else { (b, a) };

@@ -1,14 +1,14 @@
-//! The neighbours found so far of one point.
+//! The neighbours of one point found so far.
 
 use super::tree::LEAF;
 
-/// Found neighbours up to this number are sorted by counting.
+/// Up to this number, neighbours are sorted by counting. Decides no answer.
 const FEW: usize = 64;
 
-/// Neighbours sorted together when counting.
+/// Neighbours sorted together when counting. Decides no answer.
 const LANES: usize = 8;
 
-/// Squared distances and places of found neighbours, in no order.
+/// Squared distances and places of neighbours, unsorted.
 pub(super) struct Found {
     pub(super) count: usize,
     distances: Vec<f32>,
@@ -16,21 +16,21 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Room to find `wanted` neighbours.
+    /// Allocates room for `wanted` neighbours.
     pub(super) fn new(wanted: usize) -> Self {
         let room = 2 * wanted + 2 * LEAF;
         Self { count: 0, distances: vec![0.0; room], places: vec![0; room] }
     }
 
-    /// Whether the neighbours of another leaf might not fit in.
+    /// Whether the neighbours of another leaf might not fit.
     #[inline]
     pub(super) fn is_full(&self) -> bool {
         self.count + LEAF > self.distances.len()
     }
 
-    /// Adds those of the places from `first` whose distance is below `bound`; there must be
-    /// room. Every place is written, and the next one over it where it was too far: there is
-    /// no branch to be mispredicted.
+    /// Adds the places from `first` whose distance is below `bound`; there must be room. Every
+    /// place is written, and one that was too far is overwritten by the next, so that there is no
+    /// branch to be mispredicted.
     #[inline]
     pub(super) fn add(&mut self, distances: &[f32; LEAF], first: u32, bound: f32) {
         let ends = (self.distances.get_mut(self.count..), self.places.get_mut(self.count..));
@@ -40,7 +40,7 @@ impl Found {
         let (to, to_places): (&mut [f32; LEAF], &mut [u32; LEAF]) = (to, to_places);
         let mut count = 0;
         for (place, &distance) in (first..).zip(distances) {
-            // The count is below 16 here; the remainder spares the check of it.
+            // The count is below 16 here; the remainder avoids a bounds check.
             to[count % LEAF] = distance;
             to_places[count % LEAF] = place;
             count += usize::from(distance < bound);
@@ -48,7 +48,7 @@ impl Found {
         self.count += count;
     }
 
-    /// Keeps the nearest `wanted`; returns the distance of the last of them.
+    /// Keeps the nearest `wanted`; returns the distance of the farthest of them.
     #[cold]
     pub(super) fn cut(&mut self, wanted: usize) -> f32 {
         let mut keys: Vec<u64> = self.keys().collect();
@@ -62,7 +62,7 @@ impl Found {
         distance_of(last)
     }
 
-    /// Writes the nearest, as many as fit into `out`, in ascending order as keys.
+    /// Writes the nearest neighbours that fit into `out`, in ascending order, as keys.
     pub(super) fn sort_into(&mut self, out: &mut [u64]) {
         if self.count > FEW {
             let mut keys: Vec<u64> = self.keys().collect();
@@ -77,14 +77,14 @@ impl Found {
         out.copy_from_slice(&sorted[..out.len()]);
     }
 
-    /// Bits of the distance above the place: these sort as the distances do.
+    /// Keys with the bits of the distance above the place: they sort as the distances do.
     fn keys(&self) -> impl Iterator<Item = u64> {
         let found = self.distances.iter().zip(&self.places).take(self.count);
         found.map(|(d, &place)| u64::from(d.to_bits()) << 32 | u64::from(place))
     }
 
-    /// For each distance the number of those before it; of equal ones the first found comes
-    /// first. Comparing all with all beats sorting, since it goes by vectors.
+    /// For each distance, the number of those before it; ties in the order found. Comparing all
+    /// pairs is faster than sorting, since it is vectorised.
     fn ranks(&mut self) -> [u32; FEW] {
         let mut ranks = [0; FEW];
         let padded = self.count.next_multiple_of(LANES);

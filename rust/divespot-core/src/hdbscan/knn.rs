@@ -1,4 +1,4 @@
-//! The nearest neighbours of every point, a leaf at a time.
+//! The k nearest neighbours of every point, one leaf of the kd-tree at a time.
 
 use crate::cancel::poll;
 use crate::parallel::share;
@@ -6,20 +6,21 @@ use crate::parallel::share;
 use super::found::{Found, distance_of};
 use super::tree::{LEAF, Node, Tree, Visitor, larger};
 
-/// Leaves handed to a thread at a time.
+/// Leaves for a thread at a time. Decides no answer.
 const CHUNK: usize = 64;
 
-/// What a thread holds for each neighbour that is asked for: sixteen points are looked at together,
-/// with room for twice as many of eight bytes, and some to sort them.
+/// Memory of a thread for each neighbour asked for, in bytes: 16 points at a time, with room for
+/// twice as many neighbours of 8 bytes, and a buffer to sort them.
 pub(super) const BYTES_A_NEIGHBOR: usize = 300;
 
-/// Neighbours kept for a point. More would save searches later and cost memory.
+/// Neighbours kept for each point. More would save later searches and cost memory. Decides no
+/// answer.
 const KEPT: usize = 12;
 
-/// Marks a neighbour that lies beyond the core distance.
+/// Marks a neighbour farther than the core distance.
 pub(super) const BEYOND: u32 = 1 << 31;
 
-/// Core distances and nearest neighbours, all in tree order.
+/// Core distances and nearest neighbours, in tree order.
 pub(super) struct Neighbors {
     /// Squared distance to the `k`-th neighbour; infinite in places past the last point.
     pub(super) cores: Vec<[f32; LEAF]>,
@@ -58,29 +59,30 @@ pub(super) fn all_neighbors(tree: &Tree, k: usize, threads: usize) -> Neighbors 
     Neighbors { cores, reaches, lists, width }
 }
 
-/// The search of the points of one leaf for their neighbours.
+/// The search for the neighbours of one leaf's points.
 ///
-/// All points nearer than a bound are collected, and sorted at the end: one sort is cheaper than
-/// keeping order all the time. The bound is guessed from the leaf before; where it was too small,
-/// the search is repeated with a larger one.
+/// All points nearer than a bound are collected, and sorted at the end, which is cheaper than
+/// keeping them sorted. The bound is guessed from the leaf before. If it was too small, the search
+/// is repeated with a larger one.
 struct Search<'a> {
     tree: &'a Tree,
     k: usize,
     width: usize,
     own: usize,
     found: [Found; LEAF],
-    /// Squared distance that a neighbour of each lane must be below; negative once it has all.
+    /// Squared distance below which neighbours of each point are collected; negative once it has
+    /// enough.
     bounds: [f32; LEAF],
     /// The largest of the bounds.
     bound: f32,
     guess: f32,
-    /// The nearest neighbours of a lane as keys: as many as are wanted.
+    /// The nearest neighbours of a point as keys, as many as are wanted.
     sorted: Vec<u64>,
 }
 
 impl<'a> Search<'a> {
     fn new(tree: &'a Tree, k: usize, width: usize) -> Self {
-        // One more than the list holds tells how far the list reaches.
+        // One more than the list holds, which shows how far the list reaches.
         let wanted = k.max(width + 1).min(tree.rows.len() - 1);
         Self {
             tree,
@@ -95,7 +97,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Collects at least as many neighbours as are wanted for every point of a leaf.
+    /// Collects at least the wanted number of neighbours for every point of a leaf.
     fn run(&mut self, leaf: usize) {
         let tree = self.tree;
         let own = &tree.nodes[tree.leaf_nodes[leaf] as usize];
@@ -111,7 +113,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sets the bound of the lanes that lack neighbours; false where none does.
+    /// Sets the bound of the points that lack neighbours; returns false if none does.
     fn aim(&mut self, lanes: usize, bound: f32) -> bool {
         let mut any = false;
         for (found, own) in self.found.iter_mut().zip(&mut self.bounds).take(lanes) {
@@ -123,18 +125,18 @@ impl<'a> Search<'a> {
         any
     }
 
-    /// Guesses the next leaf's bound: most of its points should find enough at once.
+    /// Guesses the next leaf's bound, so that most of its points find enough at once.
     fn guess_from(&mut self, cores: &[f32; LEAF], reaches: &[f32]) {
         let mut ends = [0.0; LEAF];
         for (end, (&core, &reach)) in ends.iter_mut().zip(cores.iter().zip(reaches)) {
             *end = if reach.is_finite() { larger(core, reach) } else { core };
         }
         ends.sort_unstable_by(f32::total_cmp);
-        // The upper third rather than the mean: a stray must not count.
+        // The upper third instead of the mean, since one outlier must not decide.
         self.guess = 1.3 * ends[11];
     }
 
-    /// Writes the neighbours of a lane out; returns its core distance and its list's reach.
+    /// Writes the neighbours of a point; returns its core distance and its list's reach.
     fn finish(&mut self, lane: usize, list: &mut [u32]) -> (f32, f32) {
         self.found[lane].sort_into(&mut self.sorted);
         for (i, (entry, &key)) in list.iter_mut().zip(&self.sorted).enumerate() {

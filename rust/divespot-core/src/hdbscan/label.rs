@@ -1,4 +1,4 @@
-//! Labels and membership of the points.
+//! Cluster labels and membership probabilities of the points.
 
 use std::cmp::Ordering;
 
@@ -9,8 +9,8 @@ use super::condense::{Condensed, Leave, NONE, distance};
 
 /// Labels and probabilities of `points`.
 ///
-/// `rows` is the row of each place, `owners` the selected cluster of each cluster, `epsilon` the
-/// selection epsilon in the unit of the clusters' distances.
+/// `rows` is the row of each place, `owners` the selected cluster that holds each cluster,
+/// `epsilon` the selection epsilon in the unit of the clusters' distances.
 pub(super) fn label(
     points: &[Point],
     rows: &[u32],
@@ -40,8 +40,8 @@ pub(super) fn label(
     (labels, probabilities)
 }
 
-/// The distance within which a selected cluster keeps its points. The whole cloud as a cluster
-/// keeps what is as dense as epsilon, or as its own core.
+/// The distance within which a selected cluster keeps its points. If the whole cloud is the
+/// cluster, it keeps points as dense as epsilon, or as its own core.
 fn reaches(condensed: &Condensed, epsilon: f64) -> Vec<f64> {
     let reach = |cluster: &super::condense::Cluster| match cluster.parent {
         NONE if epsilon > 0.0 => epsilon,
@@ -51,7 +51,7 @@ fn reaches(condensed: &Condensed, epsilon: f64) -> Vec<f64> {
     condensed.clusters.iter().map(reach).collect()
 }
 
-/// Numbers of the clusters by size, then by first point.
+/// Numbers the clusters by size, then by first point.
 fn number<I: Iterator<Item = (usize, usize)>>(
     points: &[Point],
     count: usize,
@@ -77,7 +77,7 @@ fn number<I: Iterator<Item = (usize, usize)>>(
     numbers
 }
 
-/// The order of x, then y, then z.
+/// Order by x, then y, then z.
 fn compare(a: &Point, b: &Point) -> Ordering {
     a.iter().zip(b).fold(Ordering::Equal, |order, (a, b)| order.then_with(|| a.total_cmp(b)))
 }

@@ -1,7 +1,7 @@
-//! Exact HDBSCAN (Campello, Moulavi, Sander 2013) of points in space.
+//! Exact HDBSCAN clustering of points (Campello, Moulavi and Sander 2013); distances in m.
 //!
-//! Conventions are those of the Python package `hdbscan`. What comes out does not depend on the
-//! order of the points, on the number of threads, or on which of several equal edges enters the
+//! The conventions are those of the Python package `hdbscan`. The result does not depend on the
+//! order of the points, on the number of threads, or on which of several equal edges is in the
 //! spanning tree.
 
 mod boruvka;
@@ -21,49 +21,49 @@ mod tests;
 use crate::order::sort_by;
 use crate::{Bounds, Error, Point, Result, memory_for, thread_count};
 
-/// How clusters are taken from the hierarchy.
+/// How clusters are selected from the hierarchy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {
-    /// The clusters that outlast those below them.
+    /// The clusters that are more stable than those below them (excess of mass).
     ExcessOfMass,
-    /// The clusters that split no further.
+    /// The clusters that do not split further.
     Leaf,
 }
 
-/// What a cluster is, and how many threads look for it.
+/// The definition of a cluster, and the number of threads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Points that make a cluster, at least 2.
+    /// Fewest points of a cluster, at least 2.
     pub min_cluster_size: usize,
-    /// The neighbour whose distance is a point's core distance, at least 1; the point itself
-    /// does not count. Clouds of fewer points take their last neighbour.
+    /// The neighbour whose distance is a point's core distance, at least 1; the point itself does
+    /// not count. Clouds of fewer points take their last neighbour.
     pub min_samples: usize,
-    /// Distance in metres below which clusters are not split; 0 splits at any distance.
+    /// Distance in m below which clusters are not split; 0 splits at any distance.
     pub cluster_selection_epsilon: f64,
-    /// How clusters are taken from the hierarchy.
+    /// How clusters are selected from the hierarchy.
     pub selection: Selection,
     /// Whether the whole cloud may be one cluster.
     pub allow_single_cluster: bool,
-    /// Threads to run, 0 for all that the process may use.
+    /// Number of threads, 0 for all that the process may use.
     pub threads: usize,
 }
 
 /// The clusters of a cloud.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clusters {
-    /// For each point its cluster, the largest being 0, or -1 for noise.
+    /// Cluster of each point, 0 for the largest, -1 for noise.
     pub labels: Vec<i32>,
-    /// For each point how firmly it belongs to its cluster, 0 (noise) to 1.
+    /// Membership of each point in its cluster, 0 (noise) to 1.
     pub probabilities: Vec<f64>,
-    /// Weights in metres of the spanning tree's edges, in ascending order.
+    /// Weights of the spanning tree's edges in m, ascending.
     pub mst_weights: Vec<f64>,
 }
 
 /// Clusters `points` by density.
 ///
-/// Clusters are numbered by size; those of equal size by their first point in the order of
-/// x, y, z. Points that coincide are infinitely dense: they are treated as if a distance of
-/// 10⁻¹⁹ of the cloud's extent lay between them. Distances are exact to the precision of `f32`.
+/// Clusters are numbered by size, and those of equal size by their first point in the order of x,
+/// y, z. Coinciding points are infinitely dense: they are treated as if 10⁻¹⁹ of the cloud's extent
+/// apart. Distances have the precision of `f32`.
 ///
 /// # Errors
 ///
@@ -135,8 +135,8 @@ impl Settings {
     }
 }
 
-/// Where the work is done: centred, and scaled by a power of two into [-1, 1], where squares of
-/// `f32` neither overflow nor vanish.
+/// The working coordinates: centred, and scaled by a power of two into [-1, 1], where squares of
+/// `f32` neither overflow nor underflow.
 struct Frame {
     centre: Point,
     scale: f64,

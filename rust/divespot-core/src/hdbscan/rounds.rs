@@ -1,4 +1,4 @@
-//! What Borůvka's rounds know of the components and of the ways out of them.
+//! The state of Borůvka's rounds: the components, and the lightest known edges out of them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -9,13 +9,13 @@ use super::forest::Forest;
 use super::knn::{BEYOND, Neighbors};
 use super::tree::{LEAF, Tree, larger, smaller};
 
-/// Leaves handed to a thread at a time.
+/// Leaves for a thread at a time. Decides no answer.
 pub(super) const CHUNK: usize = 64;
 
-/// No neighbour, or more than one component.
+/// Marks no neighbour, or more than one component.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// An edge of the spanning tree between two places of the tree order.
+/// An edge of the spanning tree between two places in tree order.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Edge {
     /// Squared mutual reachability distance.
@@ -24,20 +24,20 @@ pub(super) struct Edge {
     pub(super) b: u32,
 }
 
-/// What is known of a point's way out of its component.
+/// The known edges of a point out of its component.
 #[derive(Clone, Copy)]
 pub(super) struct Exit {
-    /// No edge out of the component weighs less, but for those to listed neighbours.
+    /// Lower bound on the weight of edges out of the component, except those to listed neighbours.
     pub(super) least: f32,
     /// The weight of the edge to `to`.
     pub(super) weight: f32,
-    /// The best point outside that is known; `NONE` where there is none.
+    /// The best known point outside; `NONE` if there is none.
     pub(super) to: u32,
-    /// Entries of the list of neighbours that may still lie outside.
+    /// Entries of the list of neighbours that may still be outside.
     listed: u32,
 }
 
-/// What the rounds know.
+/// The state of the rounds.
 pub(super) struct Rounds<'a> {
     pub(super) tree: &'a Tree,
     pub(super) threads: usize,
@@ -46,7 +46,7 @@ pub(super) struct Rounds<'a> {
     width: usize,
     /// Smallest core distance below each node.
     pub(super) node_cores: Vec<f32>,
-    /// The component of each place, as its root's place.
+    /// The component of each place, named by its root's place.
     pub(super) components: Vec<[u32; LEAF]>,
     /// The component of all places below a node, or `NONE`.
     pub(super) node_components: Vec<u32>,
@@ -56,7 +56,7 @@ pub(super) struct Rounds<'a> {
     forest: Forest,
     /// Roots of the components.
     pub(super) live: Vec<u32>,
-    /// The component that need not search: all others will join it.
+    /// The component that need not search, since all others will join it.
     pub(super) largest: u32,
     pub(super) edges: Vec<Edge>,
 }
@@ -90,8 +90,8 @@ impl<'a> Rounds<'a> {
         }
     }
 
-    /// Joins every point with a neighbour whose core distance is not larger: this edge weighs
-    /// as much as the point's own core distance, and none of its edges weighs less.
+    /// Joins every point with a neighbour whose core distance is not larger: this edge weighs as
+    /// much as the point's own core distance, and none of its edges weighs less.
     pub(super) fn join_nearest(&mut self) {
         let cores = self.cores.as_flattened();
         for (place, list) in self.lists.chunks_exact(self.width).enumerate().polled() {
@@ -116,7 +116,7 @@ impl<'a> Rounds<'a> {
         self.thin_out();
     }
 
-    /// Keeps the roots that are left.
+    /// Keeps the remaining roots.
     fn thin_out(&mut self) {
         let forest = &self.forest;
         self.live.retain(|&root| forest.is_root(root));
@@ -143,7 +143,7 @@ impl<'a> Rounds<'a> {
         self.node_components = up(self.tree, NONE, |place| components[place.min(count - 1)], both);
     }
 
-    /// First pass of a round: neighbours found before that still lie outside.
+    /// First pass of a round: listed neighbours that are still outside.
     pub(super) fn offer_neighbors(&mut self) {
         let mut exits = std::mem::take(&mut self.exits);
         let mut lists = std::mem::take(&mut self.lists);
@@ -174,7 +174,7 @@ impl<'a> Rounds<'a> {
         }
     }
 
-    /// Finds the best exit among the listed neighbours; those inside leave the list for good.
+    /// Finds the best exit among the listed neighbours; those inside are removed from the list.
     #[inline]
     fn refresh(&self, place: usize, exit: &mut Exit, list: &mut [u32]) {
         let (components, cores) = (self.components.as_flattened(), self.cores.as_flattened());
@@ -197,7 +197,7 @@ impl<'a> Rounds<'a> {
                 (exit.weight, exit.to) = (weight, other);
             }
             if exit.weight <= core {
-                // Nothing can be lighter: the rest of the list stays for later.
+                // Nothing can be lighter, so the rest of the list stays for later.
                 list.copy_within(i + 1..listed, exit.listed as usize);
                 exit.listed += (listed - i - 1) as u32;
                 return;
@@ -205,7 +205,7 @@ impl<'a> Rounds<'a> {
         }
     }
 
-    /// The weight of the lightest edge known to leave a component.
+    /// The weight of the lightest known edge out of a component.
     #[inline]
     pub(super) fn bound(&self, component: u32) -> f32 {
         weight(self.best[component as usize].load(Ordering::Relaxed))
@@ -221,7 +221,7 @@ fn add(edges: &mut Vec<Edge>, forest: &mut Forest, edge: Edge) {
     }
 }
 
-/// Values of places merged upwards to every node of the tree.
+/// Merges the values of places upwards to every node of the tree.
 fn up<T: Copy>(
     tree: &Tree,
     empty: T,
@@ -241,7 +241,7 @@ fn up<T: Copy>(
     out
 }
 
-/// Makes an edge known to its component.
+/// Offers an edge to its component.
 #[inline]
 pub(super) fn offer(best: &AtomicU64, weight: f32, place: usize) {
     let key = u64::from(weight.to_bits()) << 32 | place as u64;
@@ -250,7 +250,7 @@ pub(super) fn offer(best: &AtomicU64, weight: f32, place: usize) {
     }
 }
 
-/// The weight in a key of `best`; infinite where nothing was offered.
+/// The weight in a key of `best`; infinite if nothing was offered.
 #[inline]
 fn weight(key: u64) -> f32 {
     if key == u64::MAX { f32::INFINITY } else { f32::from_bits((key >> 32) as u32) }

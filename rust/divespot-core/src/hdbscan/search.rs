@@ -1,20 +1,20 @@
-//! The search of a leaf's points for the lightest edges out of their components.
+//! The search for the lightest edges from one leaf's points out of their components.
 
 use super::rounds::{Exit, NONE, Rounds, offer};
 use super::tree::{LEAF, Node, Visitor, larger, smaller};
 
-/// A point that looks for the lightest edge out of its component.
+/// A point that searches for the lightest edge out of its component.
 #[derive(Clone, Copy, Default)]
 struct Query {
     lane: usize,
     at: [f32; 3],
     core: f32,
     component: u32,
-    /// Lightest weight seen or left out so far.
+    /// Lightest weight seen or pruned so far.
     least: f32,
 }
 
-/// The search of the points of one leaf.
+/// The search of one leaf's points.
 pub(super) struct Search<'a> {
     rounds: &'a Rounds<'a>,
     exits: &'a mut [Exit],
@@ -24,12 +24,12 @@ pub(super) struct Search<'a> {
     /// The component of all queries, or `NONE`.
     only: u32,
     bound: f32,
-    /// Least weight that a node left out may hold.
+    /// Least weight that a pruned node may hold.
     least: f32,
 }
 
 impl<'a> Search<'a> {
-    /// Finds edges lighter than those known, and offers them.
+    /// Finds edges lighter than the known ones, and offers them.
     pub(super) fn run(rounds: &'a Rounds<'a>, leaf: usize, exits: &'a mut [Exit]) {
         let mut search = Self {
             rounds,
@@ -75,7 +75,7 @@ impl<'a> Search<'a> {
         self.bound = bounds.fold(0.0, larger);
     }
 
-    /// Remembers what the search has excluded: components only grow.
+    /// Stores the lower bounds found, which stay valid because components only grow.
     fn keep(&mut self) {
         for query in &self.queries[..self.count] {
             let exit = &mut self.exits[query.lane];

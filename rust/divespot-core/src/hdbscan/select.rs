@@ -1,9 +1,10 @@
-//! Which clusters of the condensed tree are the answer.
+//! Selects clusters from the condensed tree: by excess of mass (Campello et al. 2013) or leaves,
+//! above an epsilon (Malzer and Baum 2019).
 
 use super::condense::{Cluster, NONE};
 use super::{Selection, Settings};
 
-/// For each cluster of the condensed tree the selected one that it belongs to, or `NONE`.
+/// The selected cluster that holds each cluster of the condensed tree, or `NONE`.
 ///
 /// `epsilon` is the selection epsilon in the unit of the clusters' distances.
 pub(super) fn select(clusters: &[Cluster], settings: &Settings, epsilon: f64) -> Vec<u32> {
@@ -18,7 +19,7 @@ pub(super) fn select(clusters: &[Cluster], settings: &Settings, epsilon: f64) ->
     owners(clusters, &chosen)
 }
 
-/// Keeps the clusters that are at least as stable as all below them together.
+/// Selects the clusters that are at least as stable as all below them together.
 fn excess_of_mass(clusters: &[Cluster], allow_root: bool) -> Vec<bool> {
     let mut worth = vec![0.0f64; clusters.len()];
     let mut chosen = vec![false; clusters.len()];
@@ -42,7 +43,7 @@ fn excess_of_mass(clusters: &[Cluster], allow_root: bool) -> Vec<bool> {
     chosen
 }
 
-/// Clusters that do not split; the root alone is none.
+/// The clusters that do not split; the root alone is none.
 fn leaves(clusters: &[Cluster]) -> Vec<bool> {
     let mut leaf = vec![clusters.len() > 1; clusters.len()];
     for cluster in clusters.iter().filter(|cluster| cluster.parent != NONE) {
@@ -51,8 +52,8 @@ fn leaves(clusters: &[Cluster]) -> Vec<bool> {
     leaf
 }
 
-/// Replaces clusters born below `epsilon` by their first ancestor born above it (Malzer and
-/// Baum 2019).
+/// Replaces clusters born below `epsilon` by their first ancestor born above it (Malzer and Baum
+/// 2019).
 fn climb(clusters: &[Cluster], chosen: &[bool], epsilon: f64, allow_root: bool) -> Vec<bool> {
     let mut out = vec![false; clusters.len()];
     let top = owners(clusters, chosen);
@@ -70,7 +71,7 @@ fn climb(clusters: &[Cluster], chosen: &[bool], epsilon: f64, allow_root: bool) 
     out
 }
 
-/// The topmost chosen cluster above each cluster or itself.
+/// The topmost selected cluster at or above each cluster.
 fn owners(clusters: &[Cluster], chosen: &[bool]) -> Vec<u32> {
     let mut owner = vec![NONE; clusters.len()];
     for i in (0..clusters.len()).rev() {

@@ -1,4 +1,4 @@
-//! The whole against slow twins, and what must not change its result.
+//! Tests of the whole against slow twins, and of what must not change its result.
 
 mod twin;
 
@@ -22,7 +22,7 @@ fn run(points: &[Point], settings: &Settings) -> Clusters {
     hdbscan(points, settings).unwrap()
 }
 
-/// A number from 0 to 1 that looks random.
+/// A pseudo-random number from 0 to 1.
 fn noise(i: usize) -> f64 {
     (mix(i as u64) >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -38,7 +38,7 @@ fn ball(count: usize, centre: Point, radius: f64) -> Vec<Point> {
     pairs.map(|(a, b)| std::array::from_fn(|k| centre[k] + radius * (a[k] + b[k] - 1.0))).collect()
 }
 
-/// Clouds in which something is special; the name tells what.
+/// Clouds with a special property each, as named.
 fn clouds() -> Vec<(&'static str, Vec<Point>)> {
     let thin = |(i, p): (usize, Point)| if i % 50 == 0 { p } else { [p[0], p[1], 1e-3 * p[2]] };
     let balls = [
@@ -104,7 +104,7 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     )
 }
 
-/// Small clouds: on a coarse lattice, hence full of ties and duplicates, or without.
+/// Small clouds: on a coarse lattice, so with many ties and duplicates, or without.
 fn any_points() -> impl Strategy<Value = Vec<Point>> {
     let lattice = prop::array::uniform3((0..6u8).prop_map(f64::from));
     let free = prop::array::uniform3(0.0..6.0);

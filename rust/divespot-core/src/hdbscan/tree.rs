@@ -1,4 +1,4 @@
-//! A kd-tree over leaves of 16 points, made for work on a whole leaf at a time.
+//! A kd-tree with leaves of 16 points, so that distances to a whole leaf are vectorised.
 
 use std::sync::Mutex;
 
@@ -9,7 +9,7 @@ use crate::parallel::{into_inner, lock, share};
 /// Points in a leaf; only the last leaf may hold fewer.
 pub(super) const LEAF: usize = 16;
 
-/// The points of a leaf, one array an axis; places left over are infinitely far away.
+/// The points of a leaf, one array for each axis; unused places are infinitely far away.
 pub(super) struct Block {
     axes: [[f32; LEAF]; 3],
 }
@@ -42,7 +42,7 @@ impl Block {
     }
 }
 
-/// A box of the tree. Nodes lie in pre-order: the left child follows its parent.
+/// A box of the tree. Nodes are in pre-order: the left child follows its parent.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Node {
     lo: [f32; 3],
@@ -66,8 +66,8 @@ impl Node {
         self.leaf as usize
     }
 
-    /// Squared distance between two boxes. Rounded as [`Block::distances`] rounds, hence never
-    /// above the distance of two points within.
+    /// Squared distance between two boxes, rounded as in [`Block::distances`], so never above the
+    /// distance of two points inside.
     #[inline]
     fn gap(&self, other: &Self) -> f32 {
         let gap =
@@ -108,7 +108,7 @@ struct Item {
     row: u32,
 }
 
-/// The points in tree order: place `p` of the order is lane `p % 16` of leaf `p / 16`.
+/// The points in tree order: place `p` is lane `p % 16` of leaf `p / 16`.
 pub(super) struct Tree {
     pub(super) nodes: Vec<Node>,
     pub(super) blocks: Vec<Block>,
@@ -136,12 +136,12 @@ impl Tree {
         Self { nodes, blocks, rows, leaf_nodes }
     }
 
-    /// The input's row of each place; the rest is freed.
+    /// The input's row of each place; frees the rest.
     pub(super) fn into_rows(self) -> Vec<u32> {
         self.rows
     }
 
-    /// Squared distance between two places, rounded as [`Block::distances`] rounds.
+    /// Squared distance between two places, rounded as in [`Block::distances`].
     #[inline]
     pub(super) fn distance(&self, a: usize, b: usize) -> f32 {
         let point = |place: usize| self.blocks[place / LEAF].point(place % LEAF);
@@ -180,11 +180,11 @@ impl Tree {
     }
 }
 
-/// What is done on a walk through the tree.
+/// The actions on a walk through the tree.
 pub(super) trait Visitor {
-    /// Whether a node at this squared distance is worth a look.
+    /// Whether to enter a node at this squared distance.
     fn enters(&mut self, node: usize, gap: f32) -> bool;
-    /// Looks at the points of a leaf.
+    /// Visits the points of a leaf.
     fn leaf(&mut self, node: &Node, leaf: usize);
 }
 
@@ -246,8 +246,8 @@ fn split_all(whole: Part<'_>, threads: usize) {
     });
 }
 
-/// The axis along which a sample of the items spreads most, but for the outermost item at each
-/// end: a single stray beside a wall must not have the wall cut into sheets.
+/// The axis along which a sample of the items extends most, without the outermost item at either
+/// end, so that a single outlier beside a wall does not split the wall into sheets.
 fn longest(items: &[Item]) -> usize {
     let (mut least, mut low) = ([f32::INFINITY; 3], [f32::INFINITY; 3]);
     let (mut most, mut high) = ([f32::NEG_INFINITY; 3], [f32::NEG_INFINITY; 3]);
@@ -262,7 +262,7 @@ fn longest(items: &[Item]) -> usize {
     (1..3).fold(0, |a, k| if high[k] - low[k] > high[a] - low[a] { k } else { a })
 }
 
-/// Items that the choice of an axis looks at.
+/// Items in the sample for the choice of an axis. Decides no answer.
 const SAMPLE: usize = 16;
 
 fn bounds(items: &[Item]) -> ([f32; 3], [f32; 3]) {

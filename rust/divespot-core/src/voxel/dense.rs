@@ -1,6 +1,6 @@
-//! Voxels that fill their box well: a bit a cell takes the place of a sort.
+//! Voxel downsampling in dense boxes: a bitmap of the cells instead of a sort.
 //!
-//! The rank of a voxel among those with a point is the number of bits set before its own.
+//! The rank of an occupied voxel is the number of bits set before its own.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,19 +11,20 @@ use crate::{Places, Point};
 
 use super::lattice::{Grid, Sums, Voxels};
 
-/// Points that a thread takes at a time.
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
-/// Boxes of at most so many words, and of one word a point, are dense.
+/// A box is dense if it has at most this many 64-bit words, and at most one for each point. Decides
+/// no answer.
 const MOST_WORDS: u64 = 1 << 26;
 
-/// Cells of one row (along x), 64 of them, and how many voxels come before.
+/// 64 cells of one row (along x), and the number of occupied voxels before them.
 struct Word {
     bits: u64,
     before: u32,
 }
 
 impl Word {
-    /// The rank of the voxel whose bit this is.
+    /// The rank of the voxel of this bit.
     #[inline]
     fn rank(&self, bit: u32) -> usize {
         (self.before + (self.bits & ((1 << bit) - 1)).count_ones()) as usize
@@ -36,7 +37,7 @@ impl Word {
     }
 }
 
-/// How the cells of a box are laid out in bits: by z, then y, then x; a row begins with a word.
+/// The layout of a box's cells as bits: by z, then y, then x; each row begins with a new word.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     /// Words in a row.
@@ -46,7 +47,7 @@ struct Layout {
 }
 
 impl Layout {
-    /// The number of the bit of a cell; below 2³² in a dense box.
+    /// The index of a cell's bit; below 2³² in a dense box.
     #[inline]
     fn bit(&self, [x, y, z]: [u64; 3]) -> u32 {
         ((z * self.rows + y) * self.across * 64 + x) as u32
@@ -58,7 +59,7 @@ impl Layout {
     }
 }
 
-/// The voxels of a dense box, with each point's if wanted; `None` where the box is not.
+/// The voxels of a dense box, and each point's voxel if wanted; `None` if the box is not dense.
 pub(super) fn voxels(
     points: Places<'_>,
     grid: &Grid,
@@ -101,7 +102,7 @@ fn mark(
         for (bit, p) in piece.iter_mut().zip(places) {
             *bit = layout.bit(grid.cell(&p));
             let (word, own) = (&marks[(*bit / 64) as usize], 1 << (*bit % 64));
-            // To look is much cheaper than to write, and most voxels are known already.
+            // Reading is much cheaper than writing, and most voxels are already set.
             if word.load(Ordering::Relaxed) & own == 0 {
                 word.fetch_or(own, Ordering::Relaxed);
             }
@@ -117,14 +118,14 @@ fn mark(
     (bits, marks.into_iter().map(word).collect())
 }
 
-/// Some consecutive words and what comes out of them: the work of one thread.
+/// Some consecutive words and their output, for one thread.
 struct Slab<'a> {
     words: Range<usize>,
     means: &'a mut [Point],
     counts: &'a mut [u32],
 }
 
-/// As many slabs as threads, with about as many voxels each.
+/// One slab for each thread, with roughly equal numbers of voxels.
 fn slabs<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a>> {
     let count = out.counts.len();
     let (mut means, mut counts) = (&mut out.means[..], &mut out.counts[..]);
@@ -144,7 +145,7 @@ fn slabs<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a
 }
 
 impl Slab<'_> {
-    /// Adds up the points of these voxels and writes their means.
+    /// Sums the points of these voxels and writes their means.
     fn fill(self, points: Places<'_>, bits: &[u32], words: &[Word], grid: &Grid, layout: &Layout) {
         let Some(first) = words.get(self.words.start) else { return };
         let mut sums = vec![Sums::default(); self.counts.len()];

@@ -1,28 +1,28 @@
-//! The cubes over a cloud, and what one of them holds.
+//! The lattice of voxels over a cloud, and the sums of one voxel.
 
 use crate::fixed::Fixed;
 use crate::{Bounds, Error, Point, Result};
 
-/// Grids and histograms begin this share of a cell below the lowest value: 2 - the golden ratio.
+/// Grids and histograms begin this share of a cell below the lowest value: 2 less the golden ratio.
 ///
-/// Measured values often come on a grid of their own whose step divides the cell. Beginning at
-/// the lowest one, all of them would lie on faces of cells, and rounding would deal them out.
-/// No number stays as far from all fractions with small denominators as this one.
+/// Measured values often lie on a raster whose step divides the cell. If the cells began at the
+/// lowest value, all of them would lie on faces between cells, and rounding would decide their
+/// cell. This number is the farthest from all fractions with small denominators.
 pub(crate) const ANCHOR: f64 = 0.381_966_011_250_105_1;
 
-/// More cells along an axis than these are not told apart by an `f64`.
+/// Most cells along an axis: 2⁵², as many as an `f64` can tell apart.
 const MOST_CELLS: f64 = 4_503_599_627_370_496.0;
 
 /// The occupied voxels, sorted by z, then y, then x.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Voxels {
-    /// The mean of the points in each voxel.
+    /// Mean of the points in each voxel, in m.
     pub means: Vec<Point>,
-    /// How many points each voxel holds.
+    /// Number of points in each voxel.
     pub counts: Vec<u32>,
 }
 
-/// The cubes over a box.
+/// The voxels over a box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
     pub(super) origin: Point,
@@ -49,19 +49,19 @@ impl Grid {
         self.steps(p).map(|v| v as i64 as u64) // faster than a cast straight to u64
     }
 
-    /// How many voxels lie between the grid's start and `p`.
+    /// Distance from the grid's start to `p`, in voxels.
     #[inline]
     pub(super) fn steps(&self, p: &Point) -> Point {
         std::array::from_fn(|k| (p[k] - self.origin[k]) / self.voxel_m + ANCHOR)
     }
 
-    /// The place of a cell, relative to the origin.
+    /// The lowest corner of a cell, relative to the origin, in m.
     #[inline]
     pub(super) fn corner(&self, cell: [u64; 3]) -> Point {
         cell.map(|c| c as i64 as f64 * self.voxel_m)
     }
 
-    /// The place of `p` in its cell; a cell's edge is 2³⁰ at most.
+    /// The place of `p` in its cell, in integers; a cell is at most 2³⁰ wide.
     #[inline]
     pub(super) fn inside(&self, cell: [u64; 3], p: &Point) -> [i32; 3] {
         let corner = self.corner(cell);
@@ -69,10 +69,10 @@ impl Grid {
     }
 }
 
-/// The points of one voxel.
+/// The sums of one voxel's points.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
-    /// The sums of their distances from the voxel's corner along each axis.
+    /// Sums of the distances from the voxel's corner along each axis.
     pub(super) xyz: [i64; 3],
     pub(super) count: u32,
 }

@@ -1,4 +1,5 @@
-//! Voxel downsampling: one point, the mean, a voxel.
+//! Voxel downsampling (paper, Pre-process 3): one point for each voxel, the mean of its points, in
+//! m.
 
 mod dense;
 mod lattice;
@@ -11,12 +12,12 @@ use crate::error::positive;
 use crate::{Bounds, Places, Point, Result, thread_count};
 use lattice::Grid;
 
-/// The mean of the points in each occupied cube of edge `voxel_m` (paper, Pre-process 3).
+/// The mean of the points in each occupied cube of width `voxel_m` (paper, Pre-process 3).
 ///
-/// The cubes start 0.38 of an edge below the points' lowest corner, so that the points of a
-/// regular grid whose step divides the edge do not lie on faces of cubes. Coordinates are added
-/// as integers, so the means do not depend on the order of the points; they are exact to
-/// `voxel_m` / 10⁹. `threads` = 0 takes every core that the process may use.
+/// The cubes start 0.38 of a width below the points' lowest corner, so that points of a regular
+/// raster whose step divides the width do not lie on faces of cubes. Coordinates are summed as
+/// integers, so the means do not depend on the order of the points; they are exact to `voxel_m` /
+/// 10⁹. `threads` = 0 takes every core that the process may use.
 ///
 /// # Errors
 /// [`Error::Setting`](crate::Error::Setting) unless `voxel_m` is finite and above zero, [`Error::GridTooLarge`](crate::Error::GridTooLarge) where
@@ -37,7 +38,7 @@ pub fn voxel_downsample(points: &[Point], voxel_m: f64, threads: usize) -> Resul
     thinned(points.into(), voxel_m, threads, false).map(|(voxels, _)| voxels)
 }
 
-/// The same, and the voxel that each point lies in.
+/// The same, and the voxel of each point.
 ///
 /// # Errors
 /// As [`voxel_downsample`].
@@ -49,7 +50,7 @@ pub fn voxels_and_rows<'a>(
     thinned(points.into(), voxel_m, threads, true)
 }
 
-/// Voxels, and the rows of all points among them where these are wanted.
+/// The voxels, and each point's voxel if wanted.
 fn thinned(
     points: Places<'_>,
     voxel_m: f64,

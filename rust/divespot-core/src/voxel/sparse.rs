@@ -1,4 +1,4 @@
-//! Voxels scattered over a large box: the points are sorted by voxel.
+//! Voxel downsampling in large, sparse boxes: the points are sorted by voxel.
 
 use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::map_chunks;
@@ -6,7 +6,7 @@ use crate::{Places, Point};
 
 use super::lattice::{Grid, Sums, Voxels};
 
-/// Voxels that a thread takes at a time.
+/// Voxels for a thread at a time. Decides no answer.
 const CHUNK: usize = 1024;
 
 pub(super) fn voxels(
@@ -28,7 +28,7 @@ pub(super) fn voxels(
     (Voxels { means, counts }, rows)
 }
 
-/// The rows with a key per voxel, sorted by z, y, x of their cells.
+/// The rows, sorted by z, y, x of their cells, with one key for each voxel.
 fn sort(points: Places<'_>, grid: &Grid, threads: usize) -> Vec<Keyed> {
     let bits = grid.last.map(|last| u64::BITS - last.leading_zeros());
     if bits.iter().sum::<u32>() > u64::BITS {
@@ -38,7 +38,7 @@ fn sort(points: Places<'_>, grid: &Grid, threads: usize) -> Vec<Keyed> {
     sort_by_key(keyed_by(points, threads, |p| pack(grid.cell(p))))
 }
 
-/// The same where three cell numbers do not fit one key.
+/// The same for boxes whose three cell numbers do not fit in one key.
 fn sort_by_axis(points: Places<'_>, grid: &Grid) -> Vec<Keyed> {
     let cell = |row: u32| grid.cell(&points.at(row as usize));
     let mut rows = keyed_by(points, 1, |_| 0);

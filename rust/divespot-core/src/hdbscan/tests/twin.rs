@@ -1,9 +1,9 @@
-//! HDBSCAN by definition, slowly.
+//! HDBSCAN by its definition, slow.
 
 use super::super::condense::distance;
 use super::*;
 
-/// Squared mutual reachability distances by definition.
+/// Squared mutual reachability distances by their definition.
 pub(super) fn reachability(points: &[Point], min_samples: usize) -> Vec<Vec<f32>> {
     let frame = Frame::around(points).unwrap();
     let at: Vec<[f32; 3]> = points.iter().map(|p| frame.map(p)).collect();
@@ -24,7 +24,7 @@ pub(super) fn reachability(points: &[Point], min_samples: usize) -> Vec<Vec<f32>
     all
 }
 
-/// Sorted weights of a minimum spanning tree by Prim's algorithm.
+/// Sorted weights of a minimum spanning tree, by Prim's algorithm.
 pub(super) fn prim(all: &[Vec<f32>]) -> Vec<f32> {
     let mut waiting: Vec<(usize, f32)> = (1..all.len()).map(|i| (i, f32::INFINITY)).collect();
     let mut out = Vec::new();
@@ -56,7 +56,7 @@ struct Whole {
     members: Vec<usize>,
     birth: f64,
     death: f64,
-    /// Each member's distance of leaving this cluster or those below.
+    /// The distance at which each member leaves this cluster or those below.
     leaves: Vec<f64>,
     children: Vec<usize>,
 }
@@ -71,7 +71,7 @@ impl Twin {
         twin
     }
 
-    /// What hangs together below a weight.
+    /// The connected components below a weight.
     fn components(&self, members: &[usize], below: f32) -> Vec<Vec<usize>> {
         let mut waiting = members.to_vec();
         let mut out = Vec::new();
@@ -88,14 +88,14 @@ impl Twin {
         out
     }
 
-    /// The weight at which members first fall apart.
+    /// The weight at which members first separate.
     fn level(&self, members: &[usize]) -> f32 {
         let row = |&a: &usize| members.iter().map(|&b| self.all[a][b]).collect();
         let weights = prim(&members.iter().map(row).collect::<Vec<Vec<f32>>>());
         weights[weights.len() - 1]
     }
 
-    /// Follows a cluster until it splits or dies; then its children. Returns its number.
+    /// Follows a cluster until it splits or dies, then its children. Returns its number.
     fn grow(&mut self, members: Vec<usize>, birth: f64) -> usize {
         let mut leaves = vec![0.0; members.len()];
         let mut now = members.clone();
@@ -127,7 +127,7 @@ impl Twin {
         cluster.leaves.iter().map(|&leave| excess(leave)).sum()
     }
 
-    /// What a cluster and those below it are worth, and which of them to take.
+    /// The stability of a cluster and those below it, and the selection among them.
     fn choose(&self, at: usize, settings: &Settings) -> (f64, Vec<usize>) {
         let children = &self.clusters[at].children;
         let root = at + 1 == self.clusters.len();
@@ -142,7 +142,7 @@ impl Twin {
         if takes { (own, vec![at]) } else { (worth.max(own), chosen) }
     }
 
-    /// The chosen clusters, raised to the selection epsilon.
+    /// The selected clusters, raised to the selection epsilon.
     fn chosen(&self, settings: &Settings, epsilon: f64) -> Vec<usize> {
         let Some(root) = self.clusters.len().checked_sub(1) else { return Vec::new() };
         let mut chosen = self.choose(root, settings).1;
