@@ -1,3 +1,5 @@
+//! Binds the accumulator: points summed in voxels; lengths in m.
+
 use divespot_core::accumulator::{Accumulator, Class, Held, Records, Returns, Told, Wanted};
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
@@ -8,16 +10,18 @@ use crate::errors::raise;
 use crate::interrupt::{attempted, detached};
 use crate::points::{Column, Rows, rows, taken};
 
-/// Means, points and bounds of the heights of voxels.
+/// Means, numbers of points and bounds of height of voxels.
 type HeldParts<'py> = (Rows<'py>, Column<'py, u32>, Bound<'py, PyArray2<f64>>);
 
-/// Length of a record, whether of format 6 or higher, scales, offsets, metres to the file's unit.
+/// Length of a record, whether its format is 6 or higher, scale factors, offsets, length of the
+/// file's unit along each axis in m.
 type Layout = (usize, bool, [f64; 3], [f64; 3], [f64; 3]);
 
-/// For each class 0 to take it, 1 for noise, 2 to leave it; returns (all, first, last); two corners.
+/// For each class 0 (take), 1 (noise) or 2 (leave out); returns (all, first, last); two corners in
+/// m.
 type WantedParts = ([u8; 256], String, Option<[[f64; 3]; 2]>);
 
-/// Kept, of those outside, withheld, noise, unwanted; points of each class.
+/// Kept, of those outside the box, withheld, noise, unwanted; number of points of each class.
 type ToldParts = ([u64; 5], Vec<u64>);
 
 fn wanted((classes, returns, within): WantedParts) -> Wanted {
@@ -58,7 +62,7 @@ impl RawAccumulator {
         attempted(py, || self.0.add(points))
     }
 
-    /// Adds records that nobody else writes to.
+    /// Adds records from a buffer that nothing else writes to.
     fn add_records(
         &mut self,
         py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Arrays that can be borrowed.
+//! NumPy arrays as arguments, borrowed where a view is sound.
 
 #![allow(clippy::disallowed_types)] // the one place that may
 
@@ -10,20 +10,19 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-/// As `ReadonlyArray`, of one dimension.
+/// A [`ReadonlyArray`] of one dimension.
 pub(crate) type ReadonlyArray1<'py, T> = ReadonlyArray<'py, T, Ix1>;
 
-/// As `ReadonlyArray`, of two dimensions.
+/// A [`ReadonlyArray`] of two dimensions.
 pub(crate) type ReadonlyArray2<'py, T> = ReadonlyArray<'py, T, Ix2>;
 
 /// An array that a kernel writes to.
 pub(crate) type WritableArray2<'py, T> = PyReadwriteArray2<'py, T>;
 
-/// An array as Python passed it where a view of it is sound, else a copy.
+/// An array as passed by Python if a view of it is sound, else a copy.
 ///
 /// A view into packed records, as of a PLY body, has strides that are no multiple of the item's
-/// size, or an address that no item may have; `ndarray` counts strides in items and would read
-/// elsewhere.
+/// size, or unaligned addresses. `ndarray` counts strides in items and would read elsewhere.
 pub(crate) struct ReadonlyArray<'py, T: Element, D: Dimension>(PyReadonlyArray<'py, T, D>);
 
 impl<'a, 'py, T: Element + 'a, D: Dimension + 'a> FromPyObject<'a, 'py>

@@ -1,3 +1,5 @@
+//! Binds base surfaces that are given or shared by all objects; heights in m.
+
 use divespot_core::piles::{Base, Kind, Surface};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -6,13 +8,13 @@ use crate::array::ReadonlyArray2;
 use crate::interrupt::{attempted, detached};
 use crate::piles::{Map, grid};
 
-/// What objects stand on, where it is not the ground around each.
+/// A base surface other than the local one from the ground around each object.
 #[pyclass(frozen)]
 pub(crate) struct RawBase(pub(crate) Base);
 
 #[pymethods]
 impl RawBase {
-    /// The base in the middle of each cell, NaN where nothing is known of it.
+    /// Height of the base in the middle of each cell, in m; NaN where it is unknown.
     fn over<'py>(
         &self,
         py: Python<'py>,
@@ -28,7 +30,7 @@ impl RawBase {
     }
 }
 
-/// A plane, `level_m` high at (0, 0) of the level frame; `given` says that it need not be the
+/// A plane of height `level_m` at (0, 0) of the levelled frame. With `given` it need not be the
 /// ground around the objects.
 #[pyfunction]
 pub(crate) fn plane_base(
@@ -42,7 +44,7 @@ pub(crate) fn plane_base(
     RawBase(Base::plane(level_m, tilt, noise_m, u_level_m, kind))
 }
 
-/// The surface through heights of the level frame, NaN where nothing was seen.
+/// The surface through heights in the levelled frame, in m; NaN where unseen.
 #[pyfunction]
 pub(crate) fn surface_base(
     py: Python<'_>,

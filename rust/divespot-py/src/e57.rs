@@ -1,4 +1,4 @@
-//! E57 files (ASTM E2807), through the crate `e57`: coordinates as they are stored, and poses.
+//! Reads E57 files (ASTM E2807) with the crate `e57`: coordinates as stored, and poses.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -16,7 +16,7 @@ use pyo3::types::PyBytes;
 use crate::errors::DivespotError;
 use crate::interrupt::attempted;
 
-/// The records that are read, and what they are called in the standard.
+/// The columns that are read, and their names in the standard.
 const WANTED: [(RecordName, &str); 8] = [
     (RecordName::CartesianX, "cartesianX"),
     (RecordName::CartesianY, "cartesianY"),
@@ -28,24 +28,24 @@ const WANTED: [(RecordName, &str); 8] = [
     (RecordName::SphericalInvalidState, "sphericalInvalidState"),
 ];
 
-/// Bytes without a point in them after which a file is corrupt: packets hold 64 kB at most. What
-/// runs ahead in one column waits in memory, 24 bytes a bit.
+/// Bytes without a point after which a file is corrupt: packets hold at most 64 kB. Values of a
+/// column that is ahead of the others are buffered, 24 bytes for each bit.
 const MOST_WITHOUT_POINTS: usize = 1 << 21;
 
-/// Points between two looks at whether the work was called off.
+/// Points between two checks for cancellation. Decides no answer.
 const EVERY: usize = 1 << 14;
 
 struct Scan {
     names: Vec<&'static str>,
-    /// A row a point.
+    /// One row for each point.
     values: Vec<f64>,
-    /// The quaternion w, x, y, z, and the translation.
+    /// Quaternion w, x, y, z, and translation in m.
     pose: Option<[f64; 7]>,
 }
 
 type RawScan<'py> = (Vec<&'static str>, Bound<'py, PyArray2<f64>>, Option<[f64; 7]>);
 
-/// The coordinate system of a file, and of each scan in it the names of its columns, their values,
+/// The coordinate system of a file; and for each scan the names of its columns, their values of
 /// shape (n, columns), and its pose.
 #[pyfunction]
 pub(crate) fn read_e57<'py>(
@@ -65,7 +65,7 @@ pub(crate) fn read_e57<'py>(
 
 type Outcome = Result<(Option<String>, Vec<Scan>), String>;
 
-/// What `work` returns; a panic of the crate is an error, one of ours goes on.
+/// Runs `work`; a panic of the crate becomes an error, a cancellation continues.
 fn caught(work: impl FnOnce() -> divespot_core::Result<Outcome>) -> divespot_core::Result<Outcome> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| match said(&*payload) {
         Some(sentence) => Ok(Err(sentence)),
@@ -145,7 +145,8 @@ fn place(
     Some((cloud.prototype.iter().position(|record| record.name == *name)?, text))
 }
 
-/// What speaks against the counts of a scan, before memory is asked for: a point has a bit at least.
+/// What is wrong with the counts of a scan, found before memory is allocated: a point takes at
+/// least one bit.
 fn doubt(cloud: &PointCloud, records: usize, size: usize) -> Option<String> {
     if records > size.saturating_mul(8) {
         return Some(format!("it promises {records} points in {size} bytes"));
@@ -157,7 +158,7 @@ fn doubt(cloud: &PointCloud, records: usize, size: usize) -> Option<String> {
     constant.then(|| "all of its points are one and the same".to_owned())
 }
 
-/// Whether a column takes no space: the crate would make values of it without end.
+/// Whether a column takes no space, so that the crate would produce values without end.
 fn is_constant(kind: &::e57::RecordDataType) -> bool {
     use ::e57::RecordDataType::{Integer, ScaledInteger};
     matches!(*kind, Integer { min, max } | ScaledInteger { min, max, .. } if min == max)

@@ -1,4 +1,4 @@
-//! How the core's errors reach Python.
+//! Turns the core's errors into Python exceptions.
 
 use divespot_core::Error;
 use pyo3::PyErr;

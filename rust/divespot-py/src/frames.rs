@@ -1,3 +1,5 @@
+//! Binds depth frames: cameras, patches, registration, joint solution, fusion; lengths in m.
+
 use divespot_core::frames::{
     Camera, Cutter, Fusion, Lost, Motion, Noise, NoiseTable, Patch, Placed, Still, Tracker, usable,
 };
@@ -13,10 +15,11 @@ use crate::points::{Column, Rows, rows};
 /// Coefficients of a noise model.
 type Coefficients = (f64, f64, f64);
 
-/// A pose, three rows of four numbers.
+/// A pose as three rows of four numbers.
 type Pose = [[f64; 4]; 3];
 
-/// Overlap, share that lies on the model, deviation, direction in which the frame slides.
+/// Overlap, share that agrees with the model, standard deviation, direction in which the frame
+/// slides.
 type PlacedParts = (f64, f64, f64, Option<[f64; 3]>);
 
 /// The rays of a camera.
@@ -38,7 +41,7 @@ impl RawCamera {
     }
 }
 
-/// Ranges, NaN where a pixel saw nothing.
+/// Ranges in m, NaN where a pixel has no depth.
 fn ranges(array: &ReadonlyArray2<'_, f32>, camera: &Camera) -> PyResult<Vec<f32>> {
     let array = array.as_array();
     if array.dim() != (camera.rows, camera.columns) {
@@ -74,7 +77,7 @@ fn noise((at_metre_m, power, incidence): Coefficients) -> Noise {
     Noise { at_metre_m, power, incidence }
 }
 
-/// What a joint solution of all poses gives.
+/// The joint solution of all poses.
 #[pyclass(frozen, get_all)]
 pub(crate) struct RawJoint {
     poses: Vec<Option<Pose>>,
@@ -164,13 +167,13 @@ impl RawTracker {
         })
     }
 
-    /// Where a frame lies that was placed, but not solved for.
+    /// The pose of a frame that was placed, but is not part of the joint solution.
     fn settled(&self, py: Python<'_>, number: usize, patches: &RawPatches) -> PyResult<Pose> {
         let found = detached(py, || self.tracker.settled(number, &patches.patches))?;
         found.as_ref().map(pose).ok_or_else(|| DivespotError::new_err("the frame was left out"))
     }
 
-    /// Bytes of the model, and of what is held of frames.
+    /// Memory of the model and of the frames, in bytes.
     fn bytes(&self) -> (usize, usize) {
         self.tracker.bytes()
     }
@@ -209,7 +212,7 @@ impl RawTracker {
     }
 }
 
-/// Points, pixels and frames of each, and the standard deviation of its heights.
+/// Points, number of pixels and of frames of each, and standard deviation of its heights in m.
 type FusedParts<'py> = (Rows<'py>, Column<'py, u32>, Column<'py, u32>, Column<'py, f64>);
 
 #[pyclass]
@@ -249,7 +252,7 @@ impl RawFusion {
         })
     }
 
-    /// Bytes of the voxels.
+    /// Memory of the voxels, in bytes.
     fn bytes(&self) -> usize {
         self.fusion.bytes()
     }
@@ -270,10 +273,10 @@ impl RawFusion {
     }
 }
 
-/// Mean ranges, deviations of a pixel and of a frame, share left out.
+/// Mean ranges, standard deviations of a pixel and of a frame, share left out.
 type AveragedParts<'py> = (Bound<'py, PyArray2<f32>>, f64, f64, f64);
 
-/// The frames of a camera that stands still.
+/// The frames of a camera that does not move.
 #[pyclass]
 pub(crate) struct RawStill {
     shape: [usize; 2],
@@ -281,7 +284,7 @@ pub(crate) struct RawStill {
 }
 
 impl RawStill {
-    /// Takes what a frame shows.
+    /// Runs `take` on a frame's ranges.
     fn seen(
         &mut self,
         py: Python<'_>,
@@ -327,7 +330,7 @@ impl RawStill {
         Ok((shaped, found.sigma_m, found.between_m, found.left_out))
     }
 
-    /// Bytes of what is held.
+    /// Memory used, in bytes.
     fn bytes(&self) -> usize {
         self.still.bytes()
     }

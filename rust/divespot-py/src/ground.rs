@@ -1,3 +1,5 @@
+//! Binds the survey of a cloud, the search for the ground and the test for one sensor; lengths in m.
+
 use divespot_core::ground::{Axis, Frame, Up};
 use divespot_core::survey::Normal;
 use divespot_core::{Point, ground, pose, sensor};
@@ -9,8 +11,8 @@ use crate::interrupt::{attempted, detached};
 use crate::plane::{PlaneParts, parts, settings};
 use crate::points::{Near, Rows, need, restored, rows};
 
-/// Spacing, whether it is regular, roughness, places and normals, spacing where points are few, and
-/// distinct positions.
+/// Spacing, whether it is regular, roughness, places, normals, spacing where points are sparse,
+/// number of distinct positions.
 type Surveyed<'py> = (f64, bool, f64, Rows<'py>, Rows<'py>, f64, usize);
 
 #[pyfunction]
@@ -32,7 +34,7 @@ pub(crate) fn survey<'py>(
     Ok((spacing_m, regular, roughness_m, at, normals, survey.sparse_m, survey.positions))
 }
 
-/// The plane, the reason for its side, and whether the scan lies as if the other one were up.
+/// The plane, the evidence for which side is up, and whether the scan lies as if the other were.
 type GroundParts = (PlaneParts, &'static str, bool);
 
 #[pyfunction]

@@ -1,3 +1,5 @@
+//! Binds HDBSCAN clustering; distances in m.
+
 use divespot_core::hdbscan::{Selection, Settings};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;

@@ -1,11 +1,11 @@
-//! The heap that all threads share.
+//! One malloc heap for all threads.
 
 use pyo3::prelude::*;
 
-/// Lets all threads of this process share one heap, which is for a program and not for a library.
+/// Makes all threads of this process share one heap. A program may decide so, a library should not.
 ///
-/// The C library of most Linux systems gives each thread a heap of its own, and keeps in each what
-/// was freed there: kernels run on threads, and would hold memory that the next one cannot use.
+/// The C library of most Linux systems gives each thread a heap of its own and keeps freed memory
+/// in it. Kernels run on threads, and would hold memory that the next kernel cannot use.
 #[pyfunction]
 #[allow(unsafe_code)] // a number is handed to the C library
 pub(crate) fn share_heap() {
@@ -15,7 +15,7 @@ pub(crate) fn share_heap() {
             fn mallopt(parameter: std::ffi::c_int, value: std::ffi::c_int) -> std::ffi::c_int;
         }
         const M_ARENA_MAX: std::ffi::c_int = -8;
-        // SAFETY: as malloc.h declares it; any parameter and value may be given.
+        // SAFETY: declared as in malloc.h; any parameter and value may be given.
         unsafe { mallopt(M_ARENA_MAX, 1) };
     }
 }

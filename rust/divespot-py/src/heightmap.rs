@@ -1,3 +1,5 @@
+//! Binds height maps (m) and their integration (m³).
+
 use divespot_core::{heightmap, tin};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -55,7 +57,7 @@ pub(crate) fn height_map<'py>(
     })
 }
 
-/// Cut, fill and area.
+/// Cut and fill in m³, area in m².
 #[pyfunction]
 pub(crate) fn integrate(
     heights_above_base_m: ReadonlyArray1<'_, f64>,

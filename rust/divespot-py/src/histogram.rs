@@ -1,3 +1,5 @@
+//! Binds the histogram of heights and the height of the ground; heights in m.
+
 use divespot_core::GroundRule;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;

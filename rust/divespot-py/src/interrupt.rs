@@ -1,4 +1,4 @@
-//! Kernels that Ctrl-C ends.
+//! Runs kernels so that Ctrl-C ends them.
 
 #![allow(clippy::disallowed_methods)] // the one place that may
 
@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 
 use crate::errors::raise;
 
-/// How often signals are looked for.
+/// Interval at which signals are checked. Decides no answer.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// As [`detached`], for a kernel that may fail.
@@ -24,9 +24,10 @@ pub(crate) fn attempted<T: Send>(
     detached(py, kernel)?.map_err(raise)
 }
 
-/// Runs `kernel` on a thread of its own, detached from the interpreter, while this thread looks
-/// for signals. Where the handler of one raises, the kernel is called off, and the exception raised
-/// once it has ended. Where no thread can start, the kernel runs on this one, and is waited for.
+/// Runs `kernel` on a thread of its own, detached from the interpreter, while this thread checks
+/// for signals. If a signal's handler raises, the kernel is cancelled, and the exception is raised
+/// once it has ended. If no thread can be started, the kernel runs on this one and cannot be
+/// interrupted.
 pub(crate) fn detached<T: Send>(py: Python<'_>, kernel: impl FnOnce() -> T + Send) -> PyResult<T> {
     let flag = Flag::default();
     let waiting = Mutex::new(Some(kernel));

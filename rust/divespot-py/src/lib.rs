@@ -1,4 +1,4 @@
-//! The Python face of divespot-core: borrow, check, detach, call, convert.
+//! The Python binding of divespot-core: borrow, check, detach, call, convert.
 
 mod accumulator;
 mod array;

@@ -1,3 +1,5 @@
+//! Binds the decompression of LZF.
+
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 

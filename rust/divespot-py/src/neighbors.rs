@@ -1,3 +1,5 @@
+//! Binds the filters of outliers; radii in m.
+
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 

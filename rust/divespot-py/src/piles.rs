@@ -1,3 +1,5 @@
+//! Binds the measuring of objects; lengths in m, volumes in m³.
+
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{
     self, Base, Budget, Found, Kind, Marked, Object, Region, Seen, Settings,
@@ -13,7 +15,7 @@ use crate::interrupt::{attempted, detached};
 /// A position as a tuple.
 type Place = (f64, f64, f64);
 
-/// The terms of an uncertainty, in Python a dict.
+/// The terms of an uncertainty budget; in Python a dict.
 #[derive(Clone)]
 struct Terms(Budget);
 
@@ -27,7 +29,7 @@ impl<'py> IntoPyObject<'py> for Terms {
     }
 }
 
-/// What the core knows of one object; lengths in the levelled frame.
+/// One measured object; lengths in m in the levelled frame.
 #[pyclass(frozen, get_all)]
 #[derive(Clone)]
 pub(crate) struct RawObject {
@@ -49,18 +51,18 @@ pub(crate) struct RawObject {
 
 #[pymethods]
 impl RawObject {
-    /// The same object, for another judgement of how sure it is and whether it counts.
+    /// The same object with another registration uncertainty and reason.
     fn judged(&self, registration_m3: f64, reason: Option<String>) -> Self {
         let budget = Terms(Budget { registration_m3, ..self.budget.0 });
         Self { budget, reason, ..self.clone() }
     }
 
-    /// The standard uncertainty that the terms add up to.
+    /// Combined standard uncertainty of the volume, in m³.
     fn combined_m3(&self) -> f64 {
         self.budget.0.combined_m3()
     }
 
-    /// The hole that was measured as a hill of the surface turned upside down.
+    /// The object, measured as a hill of the surface turned upside down, as a hole.
     fn as_hole(&self) -> Self {
         let turned = |(x, y, z): Place| (x, y, -z);
         Self {
@@ -138,9 +140,9 @@ impl Map {
     }
 }
 
-/// Steps of the toe, width of the ring by object size, margin, ground (height, noise, uncertainty),
-/// link and fewest cells of a thing, the bases: the one in force, then those to compare, none of
-/// its own for a local one; and the number of threads.
+/// Steps of the toe; width of the annulus by object size; margin; ground (height, noise,
+/// uncertainty); link and fewest cells of a thing; the bases: the one in force, then those to
+/// compare, `None` for a local base; number of threads.
 type Measuring<'py> =
     (u32, f64, f64, (f64, f64, f64), (u32, usize), Vec<Option<PyRef<'py, RawBase>>>, usize);
 
@@ -163,7 +165,7 @@ fn settings(measuring: Measuring<'_>) -> Settings {
     }
 }
 
-/// Objects, and the base below each cell that was measured.
+/// Objects, and height of the base in each measured cell.
 type Measured<'py> = (Vec<RawObject>, Bound<'py, PyArray2<f64>>);
 
 fn measured<'py>(
@@ -197,7 +199,7 @@ pub(crate) fn measure_objects<'py>(
     measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
 }
 
-/// Nobody else holds the points, which are borrowed.
+/// The points are borrowed, since nothing else holds them.
 fn found<'a>(
     labels: &ReadonlyArray1<'_, i32>,
     ground: &ReadonlyArray1<'_, bool>,
@@ -219,7 +221,7 @@ fn found<'a>(
     Ok(Found { labels, ground, surface: Marked::among(all, is_on), loose, apart })
 }
 
-/// Heights, points in each cell, and points off the surface.
+/// Heights, number of points in each cell, and points off the surface.
 type SeenArrays<'py> =
     (ReadonlyArray2<'py, f64>, ReadonlyArray2<'py, u32>, ReadonlyArray2<'py, f64>);
 
@@ -231,8 +233,8 @@ fn seen((heights_m, counts, loose): &SeenArrays<'_>) -> PyResult<Seen> {
     })
 }
 
-/// As `measure_objects`, wherever a scan differs from the base in force; from an earlier scan both
-/// ways.
+/// As `measure_objects`, wherever a scan differs from the base in force: above it, and with an
+/// earlier scan below it too.
 #[pyfunction]
 pub(crate) fn measure_difference<'py>(
     py: Python<'py>,
@@ -248,7 +250,7 @@ pub(crate) fn measure_difference<'py>(
     measured(py, &map, || piles::measure_difference(&map.grid, &later, earlier.as_ref(), &settings))
 }
 
-/// As `measure_objects`, inside outlines; those of a region first go around it, then its holes.
+/// As `measure_objects`, inside outlines; for each region the lines around it, then its holes.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // one for each of the things that were found
 pub(crate) fn measure_inside<'py>(

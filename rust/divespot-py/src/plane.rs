@@ -1,3 +1,5 @@
+//! Binds the plane fit, the rotation and the levelling of points; lengths in m.
+
 use divespot_core::plane::{self, Cone, Settings};
 use divespot_core::{Bounds, Point, pose};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
@@ -8,10 +10,10 @@ use crate::errors::raise;
 use crate::interrupt::{attempted, detached};
 use crate::points::cloud;
 
-/// Normal, offset, inliers and their root mean square distance.
+/// Normal, offset in m, number of inliers and their root mean square distance in m.
 pub(crate) type PlaneParts = ((f64, f64, f64), f64, usize, f64);
 
-/// A plane of centred points, for points where they were.
+/// A plane of centred points, in the points' own coordinates.
 pub(crate) fn parts(plane: &plane::Plane, origin: Point) -> PlaneParts {
     let shift: f64 = (0..3).map(|k| plane.normal[k] * origin[k]).sum();
     (plane.normal.into(), plane.offset_m + shift, plane.inliers, plane.rms_m)
@@ -49,7 +51,7 @@ pub(crate) fn rotation_to_z(py: Python<'_>, normal: Point) -> PyResult<Bound<'_,
     matrix(py, pose::rotation_to_z(normal).map_err(raise)?)
 }
 
-/// Turns points, and lowers them by an offset: of an array that nobody else holds.
+/// Rotates points and lowers them by an offset, in an array that nothing else holds.
 #[pyfunction]
 pub(crate) fn level(
     py: Python<'_>,

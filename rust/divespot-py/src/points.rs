@@ -1,4 +1,4 @@
-//! NumPy arrays in and out.
+//! NumPy arrays of points in and out.
 
 use std::borrow::Cow;
 
@@ -16,14 +16,15 @@ pub(crate) type Column<'py, T> = Bound<'py, PyArray1<T>>;
 /// An array of shape `(n, 3)`.
 pub(crate) type Rows<'py> = Bound<'py, PyArray2<f64>>;
 
-/// Beyond this, coordinates near the origin would lose their micrometres.
+/// Largest extent in m: beyond it, coordinates near the origin would not resolve micrometres.
 const LARGEST_EXTENT: f64 = 1e9;
 
-/// Bytes of address space for the thread that a kernel runs on: its stack of 8 MiB, and as much of a heap.
+/// Address space of the thread that a kernel runs on, in bytes: a stack of 8 MiB, and as much for a
+/// heap.
 const THREAD: usize = 1 << 24;
 
-/// Bytes that kernels hold for each point, their own copy of it included, as the address space grew
-/// at a million points, and a tenth more.
+/// Memory of kernels for each point in bytes, including their own copy of it: measured as the
+/// growth of the address space at a million points, plus a tenth.
 pub(crate) mod need {
     /// Bounds, planes, poses, cells.
     pub(crate) const COPY: usize = 80;
@@ -34,10 +35,11 @@ pub(crate) mod need {
     pub(crate) const TRIANGLES: usize = 820;
 }
 
-/// Calls `make(count, threads, row)` with the rows of an `(n, 3)` array of either dtype and any strides.
+/// Calls `make(count, threads, row)` with the rows of an `(n, 3)` array of either dtype and any
+/// strides.
 ///
-/// They are copied while attached to the interpreter: another thread may write to the array as
-/// soon as the kernel runs detached.
+/// They are copied while attached to the interpreter: another thread may write to the array as soon
+/// as the kernel runs detached.
 macro_rules! copied {
     ($points:expr, $threads:expr, $make:path) => {
         if let Ok(array) = $points.extract::<ReadonlyArray2<'_, f64>>() {
@@ -61,15 +63,15 @@ macro_rules! copied {
     }};
 }
 
-/// Raises `MemoryError` where a kernel would find no memory for so many points.
+/// Raises `MemoryError` if there is not enough memory for a kernel on these points.
 fn reserve(points: &Bound<'_, PyAny>, bytes: usize) -> PyResult<()> {
     let count = points.len().unwrap_or(0);
     memory_for(count.saturating_mul(bytes).saturating_add(THREAD), || format!("{count} points"))
         .map_err(raise)
 }
 
-/// The finite points of an `(n, 3)` array and the number of its rows, for a kernel that needs so many
-/// bytes for each.
+/// The finite points of an `(n, 3)` array and the number of its rows, for a kernel that needs this
+/// many bytes for each.
 pub(crate) fn cloud_for(
     points: &Bound<'_, PyAny>,
     threads: usize,
@@ -81,7 +83,7 @@ pub(crate) fn cloud_for(
     Ok((cloud, count))
 }
 
-/// Finite points near an origin: a copy, or an array that nobody else holds, as it is.
+/// Finite points near an origin: a copy, or the array itself if nothing else holds it.
 pub(crate) struct Near<'py> {
     array: Option<ReadonlyArray2<'py, f64>>,
     cloud: Cloud,
@@ -89,7 +91,8 @@ pub(crate) struct Near<'py> {
 }
 
 impl<'py> Near<'py> {
-    /// As `cloud_for`; `own` promises that no other thread of the interpreter can write to `points`.
+    /// As `cloud_for`; `own` promises that no other thread of the interpreter can write to
+    /// `points`.
     pub(crate) fn of(
         points: &Bound<'py, PyAny>,
         own: bool,
@@ -107,7 +110,7 @@ impl<'py> Near<'py> {
         Ok(Self { array: None, cloud, count })
     }
 
-    /// The points as seen from the origin.
+    /// The points relative to the origin.
     pub(crate) fn places(&self) -> Places<'_> {
         match self.array.as_ref().and_then(flat) {
             Some(points) => Places::about(points, self.cloud.origin),
@@ -115,7 +118,7 @@ impl<'py> Near<'py> {
         }
     }
 
-    /// The same in a row; copied where they lie about another origin.
+    /// The same in a slice; copied if they are relative to another origin.
     pub(crate) fn points(&self) -> Cow<'_, [Point]> {
         match self.array.as_ref().and_then(flat) {
             None => Cow::Borrowed(&self.cloud.points),
@@ -138,14 +141,14 @@ impl<'py> Near<'py> {
     }
 }
 
-/// The points of an array without strides.
+/// The points of a contiguous array.
 fn flat<'a>(array: &'a ReadonlyArray2<'_, f64>) -> Option<&'a [Point]> {
     let values = array.as_slice().ok().filter(|_| array.as_array().ncols() == 3)?;
     Some(values.as_chunks::<3>().0)
 }
 
-/// A cloud with the origin and the extent of an array's points, none of which is not finite, but
-/// without them.
+/// A cloud with the origin and extent of an array's points, but without the points; `None` unless
+/// all are finite.
 fn empty_about(array: &ReadonlyArray2<'_, f64>, threads: usize) -> Option<Cloud> {
     let points = flat(array)?;
     let bounds = Bounds::of_finite(points, threads)?;
@@ -172,7 +175,7 @@ fn every_row(count: usize, _threads: usize, row: impl Fn(usize) -> Point) -> Vec
 /// A place as a tuple.
 type Place = (f64, f64, f64);
 
-/// Points near their origin, the origin, the highest corner of their box as seen from there, and the
+/// Points near their origin, the origin, the highest corner of their box relative to it, and the
 /// numbers of non-finite and of zero rows.
 type SeenParts<'py> = (Rows<'py>, Place, Place, usize, usize);
 
@@ -189,7 +192,7 @@ pub(crate) fn seen<'py>(
     Ok((rows(py, seen.cloud.points)?, origin, extent_m, seen.nonfinite, seen.zero))
 }
 
-/// The lowest and the highest coordinates, and how many points share the lowest and the highest z.
+/// The lowest and highest coordinates, and how many points share the lowest and highest z.
 #[pyfunction]
 pub(crate) fn outermost(
     points: &Bound<'_, PyAny>,
@@ -224,7 +227,7 @@ fn check_extent(cloud: &Cloud) -> PyResult<()> {
     )))
 }
 
-/// The finite ones of an array of shape `(n,)`, copied while attached.
+/// The finite values of an array of shape `(n,)`, copied while attached.
 pub(crate) fn heights(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     if let Ok(array) = values.extract::<ReadonlyArray1<'_, f64>>() {
         return Ok(finite(array.as_array().iter().copied()));
@@ -242,7 +245,7 @@ fn finite(values: impl Iterator<Item = impl Into<f64>>) -> Vec<f64> {
     values.map(Into::into).filter(|v| v.is_finite()).collect()
 }
 
-/// Points near `origin` at their own place again.
+/// Points near `origin` moved back to their own place.
 pub(crate) fn restored(origin: Point, mut points: Vec<Point>) -> Vec<Point> {
     points.iter_mut().for_each(|p| *p = std::array::from_fn(|k| p[k] + origin[k]));
     points

@@ -1,3 +1,5 @@
+//! Binds the tests of polygons.
+
 use divespot_core::simple_polygon;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;

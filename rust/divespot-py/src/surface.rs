@@ -1,3 +1,5 @@
+//! Binds the walk over the surface, the clusters and the hills; lengths in m.
+
 use divespot_core::hdbscan::{Selection, Settings, hdbscan};
 use divespot_core::surface::{self, Hills};
 use divespot_core::voxel::voxels_and_rows;
@@ -10,15 +12,15 @@ use crate::interrupt::attempted;
 use crate::piles::Map;
 use crate::points::{Column, Near, Rows, need, restored, rows};
 
-/// Means of voxels, points in each, and the voxel of each point.
+/// Means of voxels, number of points in each, and the voxel of each point.
 type VoxelParts<'py> = (Rows<'py>, Column<'py, u32>, Column<'py, u32>);
 
 /// Fewest points of a cluster, the neighbour whose distance is the core distance, and the distance
-/// below which clusters are not split.
+/// in m below which clusters are not split.
 type Clustering = (usize, usize, f64);
 
-/// Which points lie on the surface that can be walked from the ground, or from anywhere; and side by
-/// side with that the points thinned to voxels, and where wanted the clusters of their means.
+/// Which points lie on the surface that can be walked from the ground, or from `anywhere`; and,
+/// computed in parallel, the points thinned to voxels and, if wanted, the clusters of their means.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // the walk's, the voxels' and the clusters'
 pub(crate) fn surface_and_clusters<'py>(
@@ -49,7 +51,7 @@ pub(crate) fn surface_and_clusters<'py>(
     Ok((mask.into_pyarray(py), parts, labels.map(|labels| labels.into_pyarray(py))))
 }
 
-/// The clusters of points that hang together with gaps below a distance, also where it is one.
+/// The clusters of points connected across gaps below a distance; all points may be one.
 fn clusters(
     points: &[Point],
     (min_cluster_size, min_samples, cluster_selection_epsilon): Clustering,
@@ -70,10 +72,10 @@ fn clusters(
     hdbscan(&cloud.points, &settings).map(|found| found.labels)
 }
 
-/// Labels of hills, ground cells, the ground's height in each cell and its noise.
+/// Labels of hills, ground cells, height of the ground in each cell in m, and its noise in m.
 type HillParts<'py> = (Column<'py, i32>, Column<'py, bool>, Column<'py, f64>, f64);
 
-/// What stands on the ground, and where holes are wanted, those next.
+/// The hills on the ground, then the holes if they are wanted.
 #[pyfunction]
 pub(crate) fn hills<'py>(
     py: Python<'py>,

@@ -1,3 +1,5 @@
+//! Binds voxel downsampling; lengths in m.
+
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 
