@@ -75,8 +75,8 @@ fn ends(points: impl Iterator<Item = Point>, low: Point, high: Point) -> (Point,
 
 /// The finite points of a scan, relative to the lowest corner of their bounding box.
 ///
-/// At 5,000,000 m (UTM) the resolution of an `f32` is 0.5 m, and that of a square in `f64` 0.004
-/// m². Relative to a corner of the cloud both are fine enough.
+/// At 5,000,000 m (UTM) the resolution of an `f32` is 0.5 m, and that of a square in `f64`
+/// 0.004 m². Relative to a corner of the cloud both are fine enough.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cloud {
     /// The offset that was subtracted from every point, in m.
@@ -173,6 +173,7 @@ pub struct Outermost {
 }
 
 impl Outermost {
+    /// Of no rows.
     const NOTHING: Self =
         Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], lowest: 0, highest: 0 };
 

@@ -6,9 +6,11 @@ use crate::heightmap::Grid;
 /// The label of cells that belong to no object.
 pub(crate) const NOBODY: i32 = -1;
 
+/// Columns and rows to the neighbours across the edges of a cell.
 pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 /// One of each pair of opposite directions.
 pub(crate) const AXES: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
+/// Columns and rows to the neighbours across edges and corners.
 pub(crate) const EIGHT: [(isize, isize); 8] =
     [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 

@@ -9,6 +9,7 @@ use crate::pose::convex_hull;
 /// [`NEAR`] cells of it is below this share of the typical number. At a corner of the scan the
 /// share is over a third. Chosen below that.
 const LONE: f64 = 0.25;
+/// Half-width, in cells, of the square in which seen cells are counted. Chosen.
 pub(crate) const NEAR: usize = 2;
 
 /// Cells outside the convex hull of the seen cells: beyond the scan, not in an occlusion shadow.

@@ -24,6 +24,7 @@ impl Fixed {
     #[allow(clippy::cast_possible_truncation)] // the scale keeps every value within an i64
     #[inline]
     pub(crate) fn encode(self, value: f64) -> i64 {
+        // 1.5 × 2⁵².
         const WHOLE: f64 = 6_755_399_441_055_744.0;
         let scaled = value * self.per_metre;
         if scaled.abs() < 2_251_799_813_685_248.0 {

@@ -168,6 +168,7 @@ struct Sums {
     xyz: [i64; 3],
 }
 
+/// The sums of no points.
 const NOTHING: Sums = Sums { count: 0, xyz: [0; 3] };
 
 /// Averages the points in each cell of width `cell_m`.

@@ -31,6 +31,7 @@ pub(crate) fn keyed_by<'a>(
     keyed
 }
 
+/// Bits of a digit: few passes, and counters that fit in the cache. Decides no answer.
 const DIGIT_BITS: u32 = 11;
 const BUCKETS: usize = 1 << DIGIT_BITS;
 

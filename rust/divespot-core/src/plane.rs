@@ -11,10 +11,12 @@ use crate::parallel::map_chunks;
 use crate::sample::{mix, sample};
 use crate::{Bounds, Places, Point, thread_count};
 
-/// Number of random points on which hypotheses are scored: the standard error of a share is below 1
-/// % (closed form: 0.5 / √4096), and the sample fits in the cache.
+/// Number of random points on which hypotheses are scored: the standard error of a share is below
+/// 1 % (closed form: 0.5 / √4096), and the sample fits in the cache.
 const SCORED: usize = 4096;
+/// Points scored between two comparisons with the best score. Decides no answer.
 const BLOCK: usize = 256;
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 14;
 /// Fewest hypotheses, whatever the support; and accepted probability of missing the best plane.
 /// Chosen.

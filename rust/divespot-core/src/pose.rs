@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::parallel::{fill_chunks, map_chunks};
 use crate::{Bounds, Places, Point, thread_count};
 
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 14;
 /// Sine of the angle to the z axis below which no rotation is needed: rounding.
 const PARALLEL: f64 = 1e-14;

@@ -1,4 +1,4 @@
-//! Outliers among few points.
+//! Removes outliers among few points: those that lie in no common plane with their neighbours.
 //!
 //! Thinning by voxels leaves one point of the surface for hundreds, but every outlier. In a cloud
 //! of a few hundred points half may be outliers, and each would be a corner of the triangulated
@@ -26,6 +26,7 @@ const BEND: f64 = 0.3;
 const LEAST: f64 = 0.5;
 /// Points in a leaf of the tree. Decides no answer.
 const LEAF: usize = 16;
+/// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 256;
 
 /// Which of levelled points lie on the surface that they are samples of.

@@ -32,6 +32,7 @@ const KEPT: f64 = 0.97;
 const MOST: f64 = 0.75;
 /// Points in a leaf of the tree; large, since searches are few. Decides no answer.
 const LEAF: usize = 128;
+/// Positions for a thread at a time. Decides no answer.
 const CHUNK: usize = 100;
 /// Relative difference of the steps of a regular raster: rounding.
 const REGULAR: f64 = 1e-6;

@@ -17,8 +17,8 @@ type HeldParts<'py> = (Rows<'py>, Column<'py, u32>, Bound<'py, PyArray2<f64>>);
 /// file's unit along each axis in m.
 type Layout = (usize, bool, [f64; 3], [f64; 3], [f64; 3]);
 
-/// For each class 0 (take), 1 (noise) or 2 (leave out); returns (all, first, last); two corners in
-/// m.
+/// For each class 0 (take), 1 (noise) or 2 (leave out); returns (all, first, last); two corners
+/// in m.
 type WantedParts = ([u8; 256], String, Option<[[f64; 3]; 2]>);
 
 /// Kept, of those outside the box, withheld, noise, unwanted; number of points of each class.

@@ -1,6 +1,6 @@
 //! NumPy arrays as arguments, borrowed where a view is sound.
 
-#![allow(clippy::disallowed_types)] // the one place that may
+#![allow(clippy::disallowed_types)] // the only file that may use them
 
 use std::ops::Deref;
 

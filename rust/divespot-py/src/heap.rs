@@ -14,6 +14,7 @@ pub(crate) fn share_heap() {
         unsafe extern "C" {
             fn mallopt(parameter: std::ffi::c_int, value: std::ffi::c_int) -> std::ffi::c_int;
         }
+        // Largest number of heaps, in glibc's malloc.h.
         const M_ARENA_MAX: std::ffi::c_int = -8;
         // SAFETY: declared as in malloc.h; any parameter and value may be given.
         unsafe { mallopt(M_ARENA_MAX, 1) };

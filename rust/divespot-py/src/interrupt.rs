@@ -1,6 +1,6 @@
 //! Runs kernels so that Ctrl-C ends them.
 
-#![allow(clippy::disallowed_methods)] // the one place that may
+#![allow(clippy::disallowed_methods)] // the only file that may use them
 
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};

@@ -12,7 +12,9 @@ use super::lattice::Lattice;
 use super::sums::Sums;
 use super::tiles::{At, Tiles};
 
+/// First bytes of every accumulator; the last one is the version.
 const MAGIC: [u8; 8] = *b"dvspacc\x01";
+/// Bytes of the header, of each voxel and of each tile.
 const HEADER_BYTES: usize = 80;
 const VOXEL_BYTES: usize = 34;
 const TILE_BYTES: usize = 16;

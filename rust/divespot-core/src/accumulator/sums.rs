@@ -18,6 +18,7 @@ pub(super) struct Sums {
     pub(super) high: u16,
 }
 
+/// The sums of no points.
 pub(super) const NOTHING: Sums = Sums { xyz: [0; 3], count: 0, low: u16::MAX, high: 0 };
 
 impl Sums {

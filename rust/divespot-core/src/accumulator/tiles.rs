@@ -9,6 +9,7 @@ use super::sums::{NOTHING, Sums};
 
 /// A tile is a cube of 2³ voxels along each edge.
 const EDGE_BITS: u32 = 3;
+/// Voxels in a tile.
 const VOXELS: usize = 1 << (3 * EDGE_BITS);
 /// Marks an empty voxel.
 const NONE: u16 = u16::MAX;

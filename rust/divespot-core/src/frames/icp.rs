@@ -41,6 +41,7 @@ const COARSE: [Level; 2] = [
     Level { reach: 0.12, every: 4, rounds: 15, done: 1e-4 },
     Level { reach: 0.05, every: 2, rounds: 10, done: 1e-4 },
 ];
+/// The last level, for starts that are near already.
 const FINE: [Level; 1] = [Level { reach: 0.02, every: 1, rounds: 8, done: 1e-5 }];
 /// Least cosine of the angle between normals of one surface: 32°. Chosen.
 const ALIKE: f64 = 0.85;

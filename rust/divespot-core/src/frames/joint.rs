@@ -41,8 +41,8 @@ pub struct Joint {
     pub between_m: f64,
     /// Standard uncertainty of a mean height above the floor from the poses, in m.
     pub u_height_m: f64,
-    /// Standard uncertainty of heights from the differences between frames, common to a place, in
-    /// m.
+    /// Standard uncertainty of heights from the differences between frames, common to a place,
+    /// in m.
     pub u_place_m: f64,
     /// Width of a place, in m.
     pub place_m: f64,

@@ -10,6 +10,7 @@ pub(crate) type Cells<T> = HashMap<u64, T, BuildHasherDefault<Mixed>>;
 
 /// Cells along an axis on either side of the origin.
 pub(crate) const SPAN: i64 = 1 << 20;
+/// Bits of a coordinate in a key.
 const BITS: u32 = 21;
 
 /// The key of a cell, sorted by x, y, z; `None` if it is too far away.

@@ -9,6 +9,7 @@ use super::keys::{Cells, cell, number};
 pub(crate) const PARTS: f64 = 65_536.0;
 /// Voxels along the edge of a brick, in which neighbours are looked up together.
 const EDGE: i64 = 4;
+/// Voxels in a brick.
 const VOXELS: usize = 64;
 
 /// A pixel in its voxel.

@@ -2,8 +2,8 @@
 //!
 //! A wall that enters the pile on one side and leaves it on another, or two walls whose lines cross
 //! below it, is continued there with its height and width. Its volume is not material. Where the
-//! pile is as high as the wall, the wall's top cannot be told from the pile's surface. Lengths in
-//! m.
+//! pile is as high as the wall, the wall's top cannot be told from the pile's surface. Lengths
+//! in m.
 
 use super::axis::{dot, main_axis};
 use super::patch::{Patch, Zone};

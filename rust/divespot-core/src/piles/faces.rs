@@ -11,6 +11,7 @@ use crate::material::NEVER_STEEPER;
 
 /// Largest distance of a face from the last cell with only the pile's points, in cells. Chosen.
 pub(super) const BEYOND: usize = 3;
+/// Cells of a square with the half-width [`GAP`].
 const WIDE: usize = (2 * GAP + 1) * (2 * GAP + 1);
 
 /// The faces of a scene.

@@ -18,6 +18,7 @@ pub(crate) struct Part {
 }
 
 impl Part {
+    /// The whole cell.
     pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2], u_share: 0.0 };
 }
 

@@ -27,6 +27,7 @@ use crate::material::NEVER_STEEPER;
 const OWN: i32 = 0;
 const OTHERS: i32 = 1;
 
+/// What is wrong with a region in which nothing was seen.
 const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan is needed";
 
 /// Distances, in cells, at which the nearest surface is looked for, in this order.

@@ -1,4 +1,4 @@
-//! Things: objects that rise from the surface or hang over it and are not bulk material.
+//! Things: objects other than material, which rise from the surface or hang over it.
 //!
 //! Method: connected components of the cells with points above the surface.
 

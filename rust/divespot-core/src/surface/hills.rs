@@ -162,6 +162,7 @@ fn banks(levels: &Levels, tree: &Tree, is_ground: &[bool]) -> Vec<usize> {
 
 /// The root of all ground.
 const GROUND: u32 = 0;
+/// Marks a cell without a node.
 const NOTHING: u32 = u32::MAX;
 
 /// The merge tree of the heights: each cell joins its highest neighbour.

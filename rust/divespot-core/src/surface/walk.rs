@@ -1,5 +1,5 @@
-//! Walks the surface from the ground (a filter limited by slope, after Vosselman 2000); heights in
-//! m.
+//! Walks the surface from the ground (a filter limited by slope, after Vosselman 2000); heights
+//! in m.
 //!
 //! From the ground, the surface of bulk material can be reached without a step steeper than
 //! material stands (60°). From cells of known height the walk goes to their neighbours, best

@@ -1,5 +1,5 @@
-//! Voxel downsampling (paper, Pre-process 3): one point for each voxel, the mean of its points, in
-//! m.
+//! Voxel downsampling (paper, Pre-process 3): one point for each voxel, the mean of its points,
+//! in m.
 
 mod dense;
 mod lattice;
