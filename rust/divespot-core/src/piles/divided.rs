@@ -12,8 +12,8 @@ use crate::connectivity::components_joined;
 use crate::connectivity::{FOUR, NOBODY};
 use crate::count::to_f64;
 
-/// Share of the edge of a square as large as the object, along which it must border on ground to
-/// stand on it, or on walls to be held by them. Chosen on the scenes of `divespot evaluate`.
+/// Share of the perimeter of a square as large as the object, along which it must border on ground
+/// to stand on it, or on walls to be held by them. Chosen on the scenes of `divespot evaluate`.
 const ALONG: f64 = 0.1;
 
 /// A part cut off by walls that is smaller than this share of its object is a residue of the walls.

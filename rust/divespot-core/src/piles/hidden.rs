@@ -55,8 +55,8 @@ pub(crate) struct Rim {
 /// The height at which a flank starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Edge {
-    /// Height of the last seen cell. It is mostly too high: its points are a mix of the pile and of
-    /// what is before it.
+    /// Height of the last seen cell. It is mostly too high, because its points are a mix of the
+    /// surfaces before and behind the shadow.
     Last,
     /// The same; where no cell near by is higher, `rise_m` is added, since the crest may lie a cell
     /// farther on.
