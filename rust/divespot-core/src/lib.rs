@@ -3,10 +3,11 @@
 //! Every kernel takes finite coordinates in m near a local origin (see [`Cloud`]). The same points
 //! give the same bits in any order and with any number of threads.
 //!
-//! The comment of a constant gives its unit and the origin of its value: a closed form, a source, an
-//! angle of material, a fit with its command, or "chosen", which is a judgement without a fit. Values
-//! chosen on the scenes of `divespot evaluate` were chosen on seeds below 4000; `--first-seed 4000`
-//! checks them on others. A constant that "decides no answer" affects only speed and memory.
+//! The comment of a constant gives its unit and the origin of its value: a closed form, a source,
+//! an angle of material, a fit with its command, or "chosen", which is a judgement without a fit.
+//! Values chosen on the scenes of `divespot evaluate` were chosen on seeds below 4000;
+//! `--first-seed 4000` checks them on others. A constant that "decides no answer" affects only
+//! speed and memory.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // scenes need not be the same everywhere
 

@@ -1,4 +1,4 @@
-//! Binds the survey of a cloud, the search for the ground and the test for one sensor; lengths in m.
+//! Binds the survey of a cloud, the search for the ground and the test for a sensor; lengths in m.
 
 use divespot_core::ground::{Axis, Frame, Up};
 use divespot_core::survey::Normal;

@@ -56,7 +56,8 @@ impl Accumulator {
     ///
     /// # Errors
     ///
-    /// [`Error::Setting`] unless the edge is finite and above 0, the origin finite and `most` above 0.
+    /// [`Error::Setting`] unless the width is finite and above 0, the origin finite and `most` above
+    /// 0.
     pub fn new(origin: Point, voxel_m: f64, most: usize) -> Result<Self> {
         if most == 0 {
             return Err(Error::Setting { name: "most", given: 0.0, needed: "a number above 0" });

@@ -147,7 +147,7 @@ impl Base {
         self.surface.as_ref().map_or(u_bank_m, |surface| surface.u_unknown_m(p))
     }
 
-    /// The base of one object, if it is the ground of the whole scan. Its level is at least as
+    /// The base for one object. If it is the ground of the whole scan, its level is at least as
     /// uncertain as the ground around this object deviates from it.
     pub(crate) fn held_against(self, center_m: [f64; 2], ring: &[[f64; 3]]) -> Self {
         if self.kind != Kind::Ground || ring.len() < FEWEST {

@@ -34,8 +34,8 @@ pub struct Budget {
 /// it u95 holds as often as it should with all points and with 15 % of them.
 const COMMON: f64 = 0.4;
 /// Relative standard uncertainty of a volume from the scale of the sensor: 0.0005 along each of
-/// three axes, fully correlated. Assumed, from the calibration of depth cameras and survey
-/// instruments.
+/// three axes, fully correlated. Assumed: depth cameras and survey instruments are calibrated no
+/// better.
 const SCALE: f64 = 0.0015;
 
 impl Budget {

@@ -49,8 +49,8 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// The distance, in cells, from which cells have no points in common: 1, or 3 for a triangulated
-    /// map, where three cells are as wide as the point spacing and most cells have no points.
+    /// The distance, in cells, from which cells have no points in common: 1, or 3 for a
+    /// triangulated map, where three cells are as wide as the point spacing and most have no points.
     fn independent(&self) -> isize {
         let seen = || self.heights_m.iter().zip(&self.counts).filter(|(h, _)| !h.is_nan());
         let empty = seen().filter(|(_, count)| **count == 0).count();

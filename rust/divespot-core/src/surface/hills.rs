@@ -22,8 +22,8 @@ use crate::thread_count;
 
 use super::levels::{Levels, NONE};
 
-/// Least prominence of a summit above its saddle: this many standard deviations of a cell's noise or
-/// this share of a cell's width, whichever is more. Chosen on the scenes of `divespot evaluate`.
+/// Least prominence of a summit above its saddle: this many standard deviations of a cell's noise
+/// or this share of a cell's width, whichever is more. Chosen on the scenes of `divespot evaluate`.
 const SIGMAS: f64 = 8.0;
 const CELLS: f64 = 0.25;
 /// The slope of a face is measured over this many cells. Chosen.
