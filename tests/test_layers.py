@@ -31,13 +31,13 @@ HEIGHT = {room: height for height, rooms in enumerate(LAYERS.values()) for room 
 
 #: The core's, in the same way.
 CORE_LAYERS = {
-    "numbers": "crate cancel count error film fixed hypotenuse lzf material parallel places robust "
-    "simple_polygon",
+    "numbers": "crate cancel count error fixed harmonic hypotenuse lzf material parallel places "
+    "robust simple_polygon",
     "points": "accumulator cloud dealt hashing moments nearest neighbors order plane pose "
-    "positions sample sensor strays survey voxel",
+    "positions sample sensor surface_outliers survey voxel",
     "clusters": "hdbscan",
-    "grid": "connectivity extent ground_peak heightmap histogram near_plane pieces slopes terrain "
-    "tin",
+    "grid": "components connectivity extent ground_peak heightmap histogram near_plane slopes "
+    "terrain tin",
     "ground": "ground",
     "surface": "surface",
     "piles": "piles",

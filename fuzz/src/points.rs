@@ -1,7 +1,7 @@
 //! Filters and surveys of points.
 
 use arbitrary::Arbitrary;
-use divespot_core::strays::surface_mask;
+use divespot_core::surface_outliers::surface_mask;
 use divespot_core::voxel::voxels_and_rows;
 use divespot_core::{radius_outlier_mask, sensor, survey};
 

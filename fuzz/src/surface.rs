@@ -1,7 +1,7 @@
 //! The walk over the surface, and the hills on it.
 
 use arbitrary::Arbitrary;
-use divespot_core::piles::pieces;
+use divespot_core::piles::label_components;
 use divespot_core::surface::{hills, surface_points};
 
 use crate::{Number, Points, Relief};
@@ -37,7 +37,7 @@ impl Input {
         let Some((grid, heights_m)) = self.relief.map() else { return };
         let Ok(found) = hills(&grid, &heights_m) else { return };
         assert!(found.terrain.surface_m.len() == grid.len() && found.labels.len() == grid.len());
-        let parts = pieces(&grid, &found.labels, self.gap.into(), self.fewest.into());
+        let parts = label_components(&grid, &found.labels, self.gap.into(), self.fewest.into());
         assert!(parts.iter().zip(&found.labels).all(|(part, label)| *part < 0 || *label >= 0));
     }
 }

@@ -29,6 +29,7 @@ __all__ = [
     "hills",
     "inside",
     "integrate",
+    "label_components",
     "level",
     "leveling",
     "lzf_decompress",
@@ -36,7 +37,6 @@ __all__ = [
     "measure_inside",
     "measure_objects",
     "outermost",
-    "pieces",
     "plane_base",
     "radius_outlier_mask",
     "read_e57",
@@ -203,7 +203,7 @@ class RawObject:
     @property
     def budget(self) -> dict[str, float]: ...
 
-def pieces(labels: NDArray[np.int32], gap: int, fewest: int) -> NDArray[np.int32]: ...
+def label_components(labels: NDArray[np.int32], gap: int, fewest: int) -> NDArray[np.int32]: ...
 
 @final
 class RawBase:

@@ -72,7 +72,7 @@ def find_objects(
         return labels
     labels[above[kept]] = find_clusters(cells[kept], settings.stages.link_m, settings)
     gap, fewest = _things(grid, settings.stages)
-    labels = _native.pieces(labels.reshape(grid.heights_m.shape), gap, fewest)
+    labels = _native.label_components(labels.reshape(grid.heights_m.shape), gap, fewest)
     labels = _of_points(labels, grid)
     _warn_of_dropped(labels, above, settings, warn)
     if settings.stages.select == "largest":

@@ -66,7 +66,7 @@ pub(crate) trait Polled: Iterator + Sized {
 impl<I: Iterator> Polled for I {}
 
 /// The flag of this thread's work.
-pub(crate) fn flag() -> Option<Flag> {
+pub(crate) fn current_flag() -> Option<Flag> {
     FLAG.with_borrow(Clone::clone)
 }
 

@@ -114,7 +114,7 @@ impl Cloud {
         let looks = map_chunks(count, CHUNK, threads, |range| {
             let mut kept = 0;
             let points = range.clone().map(&row).filter(finite).inspect(|_| kept += 1);
-            (Bounds::of(points), Part { range, kept })
+            (Bounds::of(points), Stretch { range, kept })
         });
         let (bounds, parts): (Vec<_>, Vec<_>) = looks.into_iter().unzip();
         let bounds = Bounds::of(bounds.into_iter().flatten().flat_map(|b| [b.min, b.max]));
@@ -213,14 +213,14 @@ impl Outermost {
 }
 
 /// Rows read by one thread, and how many of them it keeps.
-struct Part {
+struct Stretch {
     range: Range<usize>,
     kept: usize,
 }
 
 /// The items that `take` keeps of each part, in order.
 fn gather<T: Copy + Default + Send, I: Iterator<Item = T>>(
-    parts: &[Part],
+    parts: &[Stretch],
     threads: usize,
     take: impl Fn(Range<usize>) -> I + Sync,
 ) -> Vec<T> {

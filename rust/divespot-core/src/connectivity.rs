@@ -4,7 +4,7 @@ use crate::cancel::{Polled, poll};
 use crate::heightmap::Grid;
 
 /// The label of cells that belong to no object.
-pub(crate) const NOBODY: i32 = -1;
+pub(crate) const UNLABELLED: i32 = -1;
 
 /// Columns and rows to the neighbours across the edges of a cell.
 pub(crate) const FOUR: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];

@@ -13,7 +13,7 @@ const LONE: f64 = 0.25;
 pub(crate) const NEAR: usize = 2;
 
 /// Cells outside the convex hull of the seen cells: beyond the scan, not in an occlusion shadow.
-pub(crate) fn beyond(grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
+pub(crate) fn off_scan_cells(grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
     let mut ends = Vec::new();
     for (row, heights) in heights_m.chunks(grid.columns.max(1)).enumerate() {
         let seen = |h: &f64| !h.is_nan();
@@ -48,7 +48,7 @@ fn span(hull: &[[f64; 2]], row: f64) -> [f64; 2] {
 
 /// The heights without those of nearly isolated cells.
 pub(crate) fn without_lone(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
-    let company = company(grid, heights_m);
+    let company = company_of(grid, heights_m);
     let seen = (0..grid.len()).filter(|&cell| !heights_m[cell].is_nan());
     let typical = crate::robust::median(seen.map(|cell| f64::from(company[cell])).collect());
     let lone = |cell: usize| f64::from(company[cell]) < LONE * typical;
@@ -57,7 +57,7 @@ pub(crate) fn without_lone(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
 }
 
 /// Number of seen cells in the square around each cell, including the cell itself.
-fn company(grid: &Grid, heights_m: &[f64]) -> Vec<u32> {
+fn company_of(grid: &Grid, heights_m: &[f64]) -> Vec<u32> {
     let (columns, rows) = (grid.columns, grid.rows);
     let in_row = |cell: usize| {
         let (row, column) = (cell / columns * columns, cell % columns);
@@ -79,7 +79,7 @@ mod tests {
 
     const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: 0.5, columns: 20, rows: 20 };
 
-    fn heights(seen: impl Fn([f64; 2]) -> bool) -> Vec<f64> {
+    fn heights_of(seen: impl Fn([f64; 2]) -> bool) -> Vec<f64> {
         let height = |cell: usize| if seen(GRID.center(cell)) { 1.0 } else { f64::NAN };
         (0..GRID.len()).map(height).collect()
     }
@@ -87,20 +87,20 @@ mod tests {
     #[test]
     fn a_hole_is_not_beyond_the_scan_and_its_corners_are() {
         let disc = |[x, y]: [f64; 2]| ((x - 5.0).hypot(y - 5.0) - 3.0).abs() < 1.0;
-        let beyond = beyond(&GRID, &heights(disc));
-        for (cell, &beyond) in beyond.iter().enumerate() {
+        let off_scan = off_scan_cells(&GRID, &heights_of(disc));
+        for (cell, &off_scan) in off_scan.iter().enumerate() {
             let [x, y] = GRID.center(cell);
             let r = (x - 5.0).hypot(y - 5.0);
-            assert!(beyond || r < 4.05, "{x} {y}");
-            assert!(!beyond || r > 3.6, "{x} {y}");
+            assert!(off_scan || r < 4.05, "{x} {y}");
+            assert!(!off_scan || r > 3.6, "{x} {y}");
         }
-        assert!(super::beyond(&GRID, &heights(|_| false)).iter().all(|&b| b));
+        assert!(super::off_scan_cells(&GRID, &heights_of(|_| false)).iter().all(|&b| b));
     }
 
     #[test]
     fn a_lone_cell_goes_and_a_corner_stays() {
         let lone = [7.25, 7.25];
-        let heights = heights(|p| p == lone || p[0] < 5.0 && p[1] < 5.0);
+        let heights = heights_of(|p| p == lone || p[0] < 5.0 && p[1] < 5.0);
         let kept = without_lone(&GRID, &heights);
         for cell in 0..GRID.len() {
             let expected = heights[cell].is_nan() || GRID.center(cell) == lone;

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::count::to_f64;
 use crate::error::Result;
-use crate::plane::{Cone, Plane, Settings, fit_plane, scored, settled};
+use crate::plane::{Cone, Plane, Settings, fit_plane, settled, with_score};
 use crate::pose::{hull_area, rotate, rotation_to_z};
 use crate::survey::Normal;
 use crate::{Error, Places, Point};
@@ -139,7 +139,7 @@ pub fn find_ground<'a>(
     frame: Frame,
 ) -> Result<Ground> {
     let points = points.into();
-    let scored = scored(points, settings);
+    let scored = with_score(points, settings);
     let drawn = &scored[..scored.len().min(COMPARED)];
     let scene = Scene { drawn, normals, settings, frame };
     let (plane, up) = match settings.cone {
@@ -265,7 +265,7 @@ impl Scene<'_> {
             .filter(|n| plane.height(&n.at) > threshold_m)
             .map(|n| Slope::of(n, plane))
             .collect();
-        let poured = poured(&above, threshold_m);
+        let poured = poured_on(&above, threshold_m);
         let half = FEWEST_PROVING.max(HALF_PROVEN * to_f64(normals.len()));
         let square = above.iter().filter(|s| s.is_square()).count();
         let explained = share(on.len(), drawn.len())
@@ -325,7 +325,7 @@ impl Slope {
 /// Number of slopes that may be poured material, reduced if they do not face all sides or are
 /// mostly at the top: one flank seen from another, or a floor seen from the top of a box, is no
 /// pile.
-fn poured(above: &[Slope], threshold_m: f64) -> f64 {
+fn poured_on(above: &[Slope], threshold_m: f64) -> f64 {
     let slopes: Vec<&Slope> = above.iter().filter(|s| s.is_poured()).collect();
     if slopes.is_empty() {
         return 0.0;

@@ -73,7 +73,7 @@ pub fn ground_height(
         GroundRule::Lower => [highest_peak(smoothed, part); 2].into(),
         GroundRule::Midpoint => series_of_peaks(smoothed, part),
     };
-    let sums = Sums::new(&histogram, heights);
+    let sums = Cumulative::new(&histogram, heights);
     Ok(sums.top_m(first).midpoint(sums.top_m(last)))
 }
 
@@ -144,14 +144,14 @@ fn series_of_peaks(smoothed: &[f64], part: (usize, usize)) -> (usize, usize) {
 
 /// The sum of the heights in each bin, relative to the bin's lower edge.
 ///
-/// Sums of integers: the same bits in any order.
-struct Sums<'a> {
+/// Cumulative of integers: the same bits in any order.
+struct Cumulative<'a> {
     histogram: &'a HeightHistogram,
     fixed: Fixed,
     sums: Vec<i64>,
 }
 
-impl<'a> Sums<'a> {
+impl<'a> Cumulative<'a> {
     fn new(histogram: &'a HeightHistogram, heights: &[f64]) -> Self {
         let fixed = Fixed::new(2.0 * histogram.bin_m, heights.len());
         let mut sums = vec![0; histogram.counts.len()];

@@ -163,13 +163,13 @@ pub struct HeightMap {
 }
 
 #[derive(Clone, Copy)]
-struct Sums {
+struct CellSums {
     count: u32,
     xyz: [i64; 3],
 }
 
 /// The sums of no points.
-const NOTHING: Sums = Sums { count: 0, xyz: [0; 3] };
+const NOTHING: CellSums = CellSums { count: 0, xyz: [0; 3] };
 
 /// Averages the points in each cell of width `cell_m`.
 ///
@@ -245,7 +245,7 @@ pub fn bounds<'a>(points: impl Into<Places<'a>>) -> Result<Bounds> {
 /// The points, averaged by cell.
 pub(crate) struct Cells {
     pub(crate) grid: Grid,
-    sums: Vec<Sums>,
+    sums: Vec<CellSums>,
     /// Mean position of each cell's points.
     pub(crate) means: Vec<Option<Point>>,
 }
@@ -259,7 +259,7 @@ impl Cells {
         Ok(Self::averaging(grid, sums, fixed))
     }
 
-    fn averaging(grid: Grid, sums: Vec<Sums>, fixed: Fixed) -> Self {
+    fn averaging(grid: Grid, sums: Vec<CellSums>, fixed: Fixed) -> Self {
         let means = sums.iter().map(|s| mean(s, fixed)).collect();
         Self { grid, sums, means }
     }
@@ -289,7 +289,7 @@ impl Cells {
     }
 }
 
-fn accumulate(points: impl Iterator<Item = Point>, grid: &Grid, fixed: Fixed) -> Vec<Sums> {
+fn accumulate(points: impl Iterator<Item = Point>, grid: &Grid, fixed: Fixed) -> Vec<CellSums> {
     let mut sums = vec![NOTHING; grid.len()];
     for p in points.polled() {
         let cell = &mut sums[grid.cell(&p)];
@@ -300,8 +300,8 @@ fn accumulate(points: impl Iterator<Item = Point>, grid: &Grid, fixed: Fixed) ->
 }
 
 /// The sums of all parts; integers, so their order does not matter.
-fn merged(parts: Vec<Vec<Sums>>, grid: &Grid) -> Vec<Sums> {
-    let add = |mut all: Vec<Sums>, part: Vec<Sums>| {
+fn merged(parts: Vec<Vec<CellSums>>, grid: &Grid) -> Vec<CellSums> {
+    let add = |mut all: Vec<CellSums>, part: Vec<CellSums>| {
         for (sums, more) in all.iter_mut().zip(part) {
             sums.count += more.count;
             (0..3).for_each(|k| sums.xyz[k] += more.xyz[k]);
@@ -311,7 +311,7 @@ fn merged(parts: Vec<Vec<Sums>>, grid: &Grid) -> Vec<Sums> {
     parts.into_iter().reduce(add).unwrap_or_else(|| vec![NOTHING; grid.len()])
 }
 
-fn mean(sums: &Sums, fixed: Fixed) -> Option<Point> {
+fn mean(sums: &CellSums, fixed: Fixed) -> Option<Point> {
     (sums.count > 0).then(|| sums.xyz.map(|sum| fixed.mean(sum as f64, sums.count)))
 }
 

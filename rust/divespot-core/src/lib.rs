@@ -11,13 +11,14 @@
 
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // scenes need not be the same everywhere
 
+mod components;
 mod connectivity;
 mod count;
 mod dealt;
 mod error;
 mod extent;
-mod film;
 mod fixed;
+mod harmonic;
 mod hashing;
 mod hypotenuse;
 mod material;
@@ -26,7 +27,6 @@ mod near_plane;
 mod nearest;
 mod order;
 mod parallel;
-mod pieces;
 mod places;
 mod robust;
 mod slopes;
@@ -50,8 +50,8 @@ pub mod positions;
 pub mod sample;
 pub mod sensor;
 pub mod simple_polygon;
-pub mod strays;
 pub mod surface;
+pub mod surface_outliers;
 pub mod survey;
 pub mod tin;
 pub mod voxel;

@@ -18,7 +18,7 @@ const CHUNK: usize = 1 << 13;
 const ABREAST: usize = 16;
 
 /// A kd-tree of points. The neighbours found do not depend on its splits.
-pub(crate) struct Tree<'a> {
+pub(crate) struct KdTree<'a> {
     points: &'a [Point],
     /// Axis and position of each split; the children of `i` are `2 i + 1` and `2 i + 2`. There is
     /// one less than leaves, whose number is a power of two.
@@ -29,11 +29,11 @@ pub(crate) struct Tree<'a> {
     ends: Vec<u32>,
 }
 
-impl<'a> Tree<'a> {
+impl<'a> KdTree<'a> {
     /// A tree with about `leaf` points in a leaf.
     pub(crate) fn new(points: &'a [Point], leaf: usize, threads: usize) -> Self {
         let leaves = (points.len() / leaf).max(1).next_power_of_two();
-        let splits = splits(points, leaves, points.len() * DRAWN / leaf);
+        let splits = splits_of(points, leaves, points.len() * DRAWN / leaf);
         let mut homes = vec![0_u32; points.len()];
         fill_chunks(&mut homes, CHUNK, threads, |first, piece| {
             for (homes, points) in piece.chunks_mut(ABREAST).zip(points[first..].chunks(ABREAST)) {
@@ -71,7 +71,7 @@ impl<'a> Tree<'a> {
 type Found = (f64, Point, u32);
 
 struct Search<'a> {
-    tree: &'a Tree<'a>,
+    tree: &'a KdTree<'a>,
     at: &'a Point,
     count: usize,
     found: Vec<Found>,
@@ -84,11 +84,11 @@ impl Search<'_> {
             self.tree.leaf(node - self.tree.splits.len()).iter().for_each(|&row| self.offer(row));
             return;
         };
-        let beyond = self.at[axis] - split;
-        let far_is_left = usize::from(beyond >= 0.0);
+        let past = self.at[axis] - split;
+        let far_is_left = usize::from(past >= 0.0);
         self.below(2 * node + 1 + far_is_left, away);
         let mut across = away;
-        across[axis] = beyond;
+        across[axis] = past;
         // Rounded as the distances are, so never above the distance of a point there.
         if !self.full() || square(across) <= self.worst() {
             self.below(2 * node + 2 - far_is_left, across);
@@ -127,7 +127,7 @@ fn square([x, y, z]: Point) -> f64 {
 }
 
 /// Splits that divide `points` into a number of leaves, a power of two, of about equal size.
-fn splits(points: &[Point], leaves: usize, drawn: usize) -> Vec<(usize, f64)> {
+fn splits_of(points: &[Point], leaves: usize, drawn: usize) -> Vec<(usize, f64)> {
     let draw = |i: u64| points[(mix(i) % points.len() as u64) as usize];
     let mut sample: Vec<Point> = (0..drawn as u64).map(draw).collect();
     let mut splits = Vec::with_capacity(leaves - 1);
@@ -212,7 +212,7 @@ mod tests {
                 [1, 5, 31, 511, 512, 3000, 9000].into_iter().zip([16, 128].into_iter().cycle())
             {
                 let points = cloud(count, shape);
-                let tree = Tree::new(&points, leaf, 2);
+                let tree = KdTree::new(&points, leaf, 2);
                 for at in points.iter().step_by(count as usize / 40 + 1).chain(&[[0.1; 3]]) {
                     assert_eq!(tree.nearest(at, 17), slow(&points, at, 17), "{shape:?} {count}");
                 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::cancel::{flag, part, poll};
+use crate::cancel::{current_flag, part, poll};
 
 /// The number of threads to run: `asked`, or for 0 all that this process may use.
 #[must_use]
@@ -106,7 +106,7 @@ pub(crate) fn share<T>(
 fn run(threads: usize, worker: impl Fn() + Sync) {
     std::thread::scope(|scope| {
         for _ in 1..threads {
-            let flag = flag();
+            let flag = current_flag();
             let helper = || part(flag, &worker);
             if std::thread::Builder::new().spawn_scoped(scope, helper).is_err() {
                 break;

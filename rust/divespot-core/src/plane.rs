@@ -104,12 +104,12 @@ pub fn fit_plane(points: &[Point], settings: &Settings) -> Result<Plane> {
     if points.len() < 3 {
         return Err(Error::TooFewPoints { what: "a plane", given: points.len(), needed: 3 });
     }
-    let scored = scored(points, settings);
+    let scored = with_score(points, settings);
     Ok(settled(points, &scored, best_hypothesis(&scored, settings)?, settings))
 }
 
 /// The points on which hypotheses are scored.
-pub(crate) fn scored<'a>(points: impl Into<Places<'a>>, settings: &Settings) -> Vec<Point> {
+pub(crate) fn with_score<'a>(points: impl Into<Places<'a>>, settings: &Settings) -> Vec<Point> {
     sample(points, SCORED, settings.seed, settings.threads)
 }
 

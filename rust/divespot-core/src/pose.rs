@@ -154,7 +154,7 @@ pub(crate) fn convex_hull(points: &[Point], threads: usize) -> Vec<[f64; 2]> {
 }
 
 fn hull_of(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
-    let mut plan = outer(count, point, threads);
+    let mut plan = outer_rows(count, point, threads);
     plan.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     plan.dedup();
     let mut hull = chain(plan.iter());
@@ -183,7 +183,11 @@ fn turns_left(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> bool {
 const BLOCK: usize = 64;
 
 /// The points that can be on the hull: none inside the octagon of the outermost points is.
-fn outer(count: usize, point: impl Fn(usize) -> Point + Sync, threads: usize) -> Vec<[f64; 2]> {
+fn outer_rows(
+    count: usize,
+    point: impl Fn(usize) -> Point + Sync,
+    threads: usize,
+) -> Vec<[f64; 2]> {
     let mut corners = farthest(count, &point, threads);
     let amid = box_amid(&corners);
     corners.dedup(); // a side of no length has no inside
@@ -324,7 +328,7 @@ mod tests {
     fn few_points_are_left_for_the_hull() {
         let disc = (0..10_000).map(f64::from).map(|i| (i, i.sqrt() / 100.0));
         let points: Vec<Point> = disc.map(|(i, r)| [r * i.cos(), r * i.sin(), 0.0]).collect();
-        let outer = outer(points.len(), |row| points[row], 2).len();
+        let outer = outer_rows(points.len(), |row| points[row], 2).len();
         assert!((8..1500).contains(&outer), "{outer}");
     }
 

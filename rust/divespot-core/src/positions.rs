@@ -7,7 +7,7 @@ use crate::neighbors::radius_outlier_mask;
 use crate::{Point, Result};
 
 /// Every position once, ascending.
-pub(crate) fn distinct(points: &[Point]) -> Vec<Point> {
+pub(crate) fn distinct_of(points: &[Point]) -> Vec<Point> {
     let mut positions = points.to_vec();
     positions.sort_unstable_by(|a, b| {
         poll();
@@ -41,7 +41,7 @@ pub fn radius_position_mask(
     min_neighbors: usize,
     threads: usize,
 ) -> Result<Vec<bool>> {
-    let positions = distinct(points);
+    let positions = distinct_of(points);
     let kept = radius_outlier_mask(&positions, radius_m, min_neighbors, threads)?;
     let is_kept = |p: &Point| {
         poll();

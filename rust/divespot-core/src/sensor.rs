@@ -6,7 +6,7 @@
 //! place.
 
 use crate::count::to_f64;
-use crate::nearest::Tree;
+use crate::nearest::KdTree;
 use crate::parallel::{map_chunks, map_each};
 use crate::sample::sample;
 use crate::{Point, thread_count};
@@ -121,7 +121,7 @@ fn around<T: Send>(
     threads: usize,
     look: impl Fn(usize, &[u32]) -> T + Sync,
 ) -> Vec<T> {
-    let tree = Tree::new(points, LEAF, threads);
+    let tree = KdTree::new(points, LEAF, threads);
     let parts = map_chunks(points.len() / EVERY, CHUNK, threads, |range| {
         let rows = range.map(|i| i * EVERY);
         rows.map(|row| look(row, &tree.nearest_rows(&points[row], neighbors + 1)))

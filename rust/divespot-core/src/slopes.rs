@@ -26,8 +26,8 @@ pub(crate) struct Slopes {
 impl Slopes {
     pub(crate) fn of(grid: &Grid, heights_m: &[f64]) -> Self {
         let noise_m = cell_noise(grid, heights_m);
-        let reach = reach(grid, noise_m);
-        let sums = Sums::of(grid, heights_m);
+        let reach = reach_of(grid, noise_m);
+        let sums = SummedArea::of(grid, heights_m);
         let k = reach.cast_signed();
         let run = to_f64(reach + 1) * grid.cell_m;
         let slope = |at: (usize, usize)| {
@@ -38,7 +38,7 @@ impl Slopes {
         };
         let places = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
         let slopes: Vec<[f64; 2]> = places.polled().map(slope).collect();
-        let tilt = tilt(&slopes);
+        let tilt = tilt_of(&slopes);
         let gentle = |s: &[f64; 2]| (s[0] - tilt[0]).hypotenuse(s[1] - tilt[1]) <= GENTLE;
         Self { reach, noise_m, gentle: slopes.iter().map(gentle).collect() }
     }
@@ -46,14 +46,14 @@ impl Slopes {
 
 /// The slope of the whole scene, if it is flatter than any flank; for scans of hillsides that were
 /// not levelled.
-fn tilt(slopes: &[[f64; 2]]) -> [f64; 2] {
+fn tilt_of(slopes: &[[f64; 2]]) -> [f64; 2] {
     let known = |k: usize| slopes.iter().map(|s| s[k]).filter(|v| !v.is_nan()).collect();
     let tilt = [0, 1].map(|k| median(known(k)));
     if tilt[0].hypotenuse(tilt[1]) < FLATTEST { tilt } else { [0.0; 2] }
 }
 
 /// Half-width, in cells, of a window over which the noise of the slope is small.
-fn reach(grid: &Grid, noise: f64) -> usize {
+fn reach_of(grid: &Grid, noise: f64) -> usize {
     let certain = |&k: &usize| {
         let half = to_f64(k * (2 * k + 1));
         noise * (2.0 / half).sqrt() * CERTAIN <= GENTLE * to_f64(k + 1) * grid.cell_m
@@ -71,12 +71,12 @@ fn cell_noise(grid: &Grid, heights_m: &[f64]) -> f64 {
 }
 
 /// Summed-area table of the seen heights and of their number.
-struct Sums<'a> {
+struct SummedArea<'a> {
     grid: &'a Grid,
     sums: Vec<(f64, f64)>,
 }
 
-impl<'a> Sums<'a> {
+impl<'a> SummedArea<'a> {
     fn of(grid: &'a Grid, heights_m: &[f64]) -> Self {
         let width = grid.columns + 1;
         let mut sums = vec![(0.0, 0.0); width * (grid.rows + 1)];

@@ -7,9 +7,9 @@
 use crate::error::{Error, Result};
 use crate::fixed::Fixed;
 use crate::moments::Moments;
-use crate::nearest::Tree;
+use crate::nearest::KdTree;
 use crate::parallel::{both, map_chunks};
-use crate::positions::distinct;
+use crate::positions::distinct_of;
 use crate::sample::sample;
 use crate::{Bounds, Point, thread_count};
 
@@ -100,7 +100,7 @@ pub fn survey(points: &[Point], seed: u64, threads: usize) -> Result<Survey> {
     let mut positions = points.len();
     let mut seen = neighborhoods(points, seed, threads)?;
     if seen.iter().any(|n| n.crowded) {
-        let distinct = distinct(points);
+        let distinct = distinct_of(points);
         positions = distinct.len();
         seen = neighborhoods(&distinct, seed, threads)?;
     }
@@ -128,7 +128,7 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
     let threads = thread_count(threads);
     let largest = || Bounds::of_all(points, threads).map_or(0.0, |b| b.largest());
     let draw = || (Fixed::new(largest(), 32), sample(points, SURVEYED, seed, threads));
-    let (tree, (fixed, asked)) = both(threads, || Tree::new(points, LEAF, threads), draw);
+    let (tree, (fixed, asked)) = both(threads, || KdTree::new(points, LEAF, threads), draw);
     let look = |p: &Point| look(*p, &tree.nearest(p, NEIGHBORS), fixed);
     let parts = map_chunks(asked.len(), CHUNK, threads, |range| {
         asked[range].iter().map(look).collect::<Vec<_>>()
@@ -243,7 +243,7 @@ mod tests {
         let at = |i: u64| [(i % 60) as f64 * 0.01, (i / 60) as f64 * 0.01];
         let points: Vec<Point> =
             (0..3600).map(|i| [at(i)[0], at(i)[1], 0.5 * at(i)[0] + noise(i)]).collect();
-        let survey = survey(&points, 0, 2).unwrap();
+        let survey = super::survey(&points, 0, 2).unwrap();
         let tilt = survey.normals.iter().map(|n| (n.normal[0] / n.normal[2] + 0.5).abs());
         assert!(tilt.sum::<f64>() / (survey.normals.len() as f64) < 0.05);
         assert!(survey.roughness_m > 2e-4 && survey.roughness_m < 1e-3, "{}", survey.roughness_m);

@@ -2,7 +2,7 @@
 
 use crate::cancel::Polled;
 use crate::count::to_f64;
-use crate::film::Film;
+use crate::harmonic::Harmonic;
 use crate::heightmap::Grid;
 use crate::robust::{median, scale};
 
@@ -19,7 +19,7 @@ pub struct Terrain {
 
 /// The surface through the cells that are `ground`; `reach` is the half-width, in cells, of the
 /// window in which their slope was measured.
-pub(crate) fn terrain(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: usize) -> Terrain {
+pub(crate) fn terrain_of(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: usize) -> Terrain {
     let seen: Vec<usize> =
         (0..grid.len()).filter(|&c| ground[c] && !heights_m[c].is_nan()).collect();
     let level_m = median(seen.iter().map(|&cell| heights_m[cell]).collect());
@@ -29,12 +29,12 @@ pub(crate) fn terrain(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: us
     };
     let points: Vec<[f64; 3]> = seen.iter().map(place).collect();
     let size = [grid.columns, grid.rows].map(|n| to_f64(n) * grid.cell_m);
-    let film = Film::stretched(grid.origin_m, size, grid.cell_m, &points);
-    let off = |p: &[f64; 3]| p[2] - film.at([p[0], p[1]]);
-    let beside = beside(grid, heights_m, reach, ground);
+    let harmonic = Harmonic::stretched(grid.origin_m, size, grid.cell_m, &points);
+    let off = |p: &[f64; 3]| p[2] - harmonic.at([p[0], p[1]]);
+    let beside = cells_beside(grid, heights_m, reach, ground);
     let height = |cell: usize| match heights_m[cell] {
         seen if ground[cell] && !seen.is_nan() => seen,
-        _ => (level_m + film.at(grid.center(cell))).max(beside[cell]),
+        _ => (level_m + harmonic.at(grid.center(cell))).max(beside[cell]),
     };
     Terrain {
         surface_m: (0..grid.len()).polled().map(height).collect(),
@@ -43,7 +43,7 @@ pub(crate) fn terrain(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: us
 }
 
 /// The highest ground within `reach` of each cell.
-fn beside(grid: &Grid, heights_m: &[f64], reach: usize, ground: &[bool]) -> Vec<f64> {
+fn cells_beside(grid: &Grid, heights_m: &[f64], reach: usize, ground: &[bool]) -> Vec<f64> {
     let highest = |a: f64, b: &f64| a.max(*b);
     let lowest = |(&height, &is): (&f64, &bool)| if is { height } else { f64::NEG_INFINITY };
     let heights: Vec<f64> = heights_m.iter().zip(ground).map(lowest).collect();

@@ -78,7 +78,7 @@ pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Resu
     let vertices = cells.means.iter().flatten().map(|&p| Vertex(p)).collect();
     let network = Network::bulk_load(vertices)
         .map_err(|_| Error::Degenerate("coordinates are too large or too small to triangulate"))?;
-    let spacings = spacings(&network);
+    let spacings = spacings_of(&network);
     let mut lattice = Lattice::over(&cells.grid);
     for face in network.inner_faces().polled().filter(|face| seen(face, &spacings)) {
         lattice.draw(face.vertices().map(|v| v.data().0));
@@ -92,7 +92,7 @@ pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Resu
 /// It is the lower third of the vertex's edges, since beside a hole half of them may cross it. A
 /// vertex is that sparse only if some neighbours are too: all edges of an outlier within a hole
 /// cross it.
-fn spacings(network: &Network) -> Vec<f64> {
+fn spacings_of(network: &Network) -> Vec<f64> {
     let own: Vec<f64> = network.vertices().polled().map(|vertex| lower_third(&vertex)).collect();
     let believed = network.vertices().polled().map(|vertex| {
         let mut around: Vec<f64> =

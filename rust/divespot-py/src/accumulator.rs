@@ -24,7 +24,7 @@ type WantedParts = ([u8; 256], String, Option<[[f64; 3]; 2]>);
 /// Kept, of those outside the box, withheld, noise, unwanted; number of points of each class.
 type ToldParts = ([u64; 5], Vec<u64>);
 
-fn wanted((classes, returns, within): WantedParts) -> Wanted {
+fn wanted_from((classes, returns, within): WantedParts) -> Wanted {
     let class = |mark| match mark {
         0 => Class::Wanted,
         1 => Class::Noise,
@@ -73,7 +73,7 @@ impl RawAccumulator {
         let bytes = records.as_slice()?;
         let (stride, is_extended, scales, offsets, metres) = layout;
         let records = Records { bytes, stride, is_extended, scales, offsets, metres };
-        let wanted = wanted(kept);
+        let wanted = wanted_from(kept);
         let told = attempted(py, || self.0.add_records(&records, &wanted))?;
         let Told { kept, outside, withheld, noise, unwanted, classes } = told;
         Ok(([kept, outside, withheld, noise, unwanted], classes.to_vec()))

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::array::ReadonlyArray2;
 use crate::interrupt::{attempted, detached};
-use crate::piles::{Map, grid};
+use crate::piles::{Map, grid_of};
 
 /// A base surface other than the local one from the ground around each object.
 #[pyclass(frozen)]
@@ -22,7 +22,7 @@ impl RawBase {
         origin_m: [f64; 2],
         cell_m: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let grid = grid(shape, origin_m, cell_m);
+        let grid = grid_of(shape, origin_m, cell_m);
         let at = |p: [f64; 2]| if self.0.is_known(p) { self.0.at(p) } else { f64::NAN };
         let all = || (0..grid.len()).map(|cell| at(grid.center(cell))).collect::<Vec<f64>>();
         let base = detached(py, all)?;

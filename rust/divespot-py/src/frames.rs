@@ -1,7 +1,8 @@
 //! Binds depth frames: cameras, patches, registration, joint solution, fusion; lengths in m.
 
 use divespot_core::frames::{
-    Camera, Cutter, Fusion, Lost, Motion, Noise, NoiseTable, Patch, Placed, Still, Tracker, usable,
+    Camera, Cutter, Fusion, Lost, Motion, Noise, NoiseTable, Patch, Placed, Still, Tracker,
+    usable_pixels,
 };
 use nalgebra::{Matrix3, Vector3};
 use numpy::{IntoPyArray, PyArray2};
@@ -73,7 +74,7 @@ fn pose(motion: &Motion) -> Pose {
     [row(0), row(1), row(2)]
 }
 
-fn noise((at_metre_m, power, incidence): Coefficients) -> Noise {
+fn noise_of((at_metre_m, power, incidence): Coefficients) -> Noise {
     Noise { at_metre_m, power, incidence }
 }
 
@@ -190,7 +191,7 @@ impl RawTracker {
         exact: bool,
     ) -> PyResult<RawJoint> {
         let tracker = &mut self.tracker;
-        let noise = noise(coefficients);
+        let noise = noise_of(coefficients);
         let joint = detached(py, || tracker.solve(&noise, exact))?;
         Ok(RawJoint {
             poses: joint.poses.iter().map(|one| one.as_ref().map(pose)).collect(),
@@ -230,7 +231,7 @@ impl RawFusion {
         range_m: f64,
         threads: usize,
     ) -> PyResult<Self> {
-        let fusion = Fusion::new(voxel_m, &noise(coefficients), range_m).map_err(raise)?;
+        let fusion = Fusion::new(voxel_m, &noise_of(coefficients), range_m).map_err(raise)?;
         Ok(Self { fusion, threads: divespot_core::thread_count(threads) })
     }
 
@@ -247,7 +248,7 @@ impl RawFusion {
         let pose = motion(&pose);
         let Self { fusion, threads } = self;
         detached(py, || {
-            let usable = usable(camera, &ranges_m, fusion.noise(), *threads);
+            let usable = usable_pixels(camera, &ranges_m, fusion.noise(), *threads);
             fusion.add(camera, &ranges_m, &usable, &pose, offset_m, *threads);
         })
     }
@@ -301,7 +302,7 @@ impl RawStill {
 impl RawStill {
     #[new]
     fn new(shape: [usize; 2], coefficients: Coefficients, threads: usize) -> Self {
-        let noise = NoiseTable::new(&noise(coefficients));
+        let noise = NoiseTable::new(&noise_of(coefficients));
         Self { shape, still: Still::new(shape[0] * shape[1], noise, threads) }
     }
 

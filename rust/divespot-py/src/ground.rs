@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use crate::array::ReadonlyArray2;
 use crate::errors::DivespotError;
 use crate::interrupt::{attempted, detached};
-use crate::plane::{PlaneParts, parts, settings};
+use crate::plane::{PlaneParts, parts, settings_of};
 use crate::points::{Near, Rows, need, restored, rows};
 
 /// Spacing, whether it is regular, roughness, places, normals, spacing where points are sparse,
@@ -62,7 +62,7 @@ pub(crate) fn find_ground(
     let normals: Vec<Normal> = (0..normals.nrows()).map(normal).collect();
     let sensor = sensor.map(|s| std::array::from_fn(|k| s[k] - origin[k]));
     let frame = Frame { sensor, z: axis(z)? };
-    let settings = settings(threshold_m, hypotheses, cone, seed, threads);
+    let settings = settings_of(threshold_m, hypotheses, cone, seed, threads);
     let ground = attempted(py, || ground::find_ground(points, &normals, &settings, frame))?;
     Ok((parts(&ground.plane, origin), reason(ground.up), ground.doubted))
 }

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::errors::DivespotError;
 use crate::interrupt::attempted;
-use crate::points::{Column, heights};
+use crate::points::{Column, heights_of};
 
 #[pyfunction]
 pub(crate) fn height_histogram<'py>(
@@ -15,7 +15,7 @@ pub(crate) fn height_histogram<'py>(
     bin_m: f64,
     window: usize,
 ) -> PyResult<(Column<'py, f64>, Column<'py, u32>, Column<'py, f64>)> {
-    let heights = heights(heights_m)?;
+    let heights = heights_of(heights_m)?;
     let histogram = attempted(py, || divespot_core::height_histogram(&heights, bin_m, window))?;
     let centers: Vec<f64> = (0..histogram.counts.len()).map(|i| histogram.center_m(i)).collect();
     Ok((
@@ -34,7 +34,7 @@ pub(crate) fn ground_height(
     rule: &str,
     lower_fraction: f64,
 ) -> PyResult<f64> {
-    let heights = heights(heights_m)?;
+    let heights = heights_of(heights_m)?;
     let rule = ground_rule(rule)?;
     attempted(py, || divespot_core::ground_height(&heights, bin_m, window, rule, lower_fraction))
 }

@@ -49,7 +49,9 @@ mod _native {
     #[pymodule_export]
     use crate::neighbors::{radius_outlier_mask, surface_mask};
     #[pymodule_export]
-    use crate::piles::{RawObject, measure_difference, measure_inside, measure_objects, pieces};
+    use crate::piles::{
+        RawObject, label_components, measure_difference, measure_inside, measure_objects,
+    };
     #[pymodule_export]
     use crate::plane::{fit_plane, level, rotation_to_z};
     #[pymodule_export]

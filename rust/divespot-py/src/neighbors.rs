@@ -35,7 +35,7 @@ pub(crate) fn surface_mask<'py>(
     let (cloud, count) = cloud_for(points, threads, need::STRAYS)?;
     let mask = detached(py, || {
         let threads = divespot_core::thread_count(threads);
-        divespot_core::strays::surface_mask(&cloud.points, threads)
+        divespot_core::surface_outliers::surface_mask(&cloud.points, threads)
     })?;
     Ok(cloud.spread(mask, false, count).into_pyarray(py))
 }

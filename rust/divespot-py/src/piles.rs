@@ -92,8 +92,8 @@ impl From<Object> for RawObject {
             touches_edge: object.touches_edge,
             leans_on_wall: object.leans_on_wall,
             base: match object.base.kind {
-                Kind::Ring => "ring",
-                Kind::RingLevel => "ring level",
+                Kind::Annulus => "ring",
+                Kind::AnnulusLevel => "ring level",
                 Kind::Ground => "ground",
                 Kind::Given => "given",
             },
@@ -104,19 +104,19 @@ impl From<Object> for RawObject {
 }
 
 #[pyfunction]
-pub(crate) fn pieces<'py>(
+pub(crate) fn label_components<'py>(
     py: Python<'py>,
     labels: ReadonlyArray2<'py, i32>,
     gap: u32,
     fewest: usize,
 ) -> PyResult<Bound<'py, PyArray1<i32>>> {
     let labels = labels.as_array();
-    let grid = grid(labels.dim(), [0.0; 2], 1.0);
+    let grid = grid_of(labels.dim(), [0.0; 2], 1.0);
     let labels: Vec<i32> = labels.iter().copied().collect();
-    Ok(detached(py, || piles::pieces(&grid, &labels, gap, fewest))?.into_pyarray(py))
+    Ok(detached(py, || piles::label_components(&grid, &labels, gap, fewest))?.into_pyarray(py))
 }
 
-pub(crate) fn grid((rows, columns): (usize, usize), origin_m: [f64; 2], cell_m: f64) -> Grid {
+pub(crate) fn grid_of((rows, columns): (usize, usize), origin_m: [f64; 2], cell_m: f64) -> Grid {
     Grid { origin_m, cell_m, columns, rows }
 }
 
@@ -134,7 +134,7 @@ impl Map {
     ) -> Self {
         let heights = heights_m.as_array();
         Self {
-            grid: grid(heights.dim(), origin_m, cell_m),
+            grid: grid_of(heights.dim(), origin_m, cell_m),
             heights_m: heights.iter().copied().collect(),
         }
     }
@@ -146,7 +146,7 @@ impl Map {
 type Measuring<'py> =
     (u32, f64, f64, (f64, f64, f64), (u32, usize), Vec<Option<PyRef<'py, RawBase>>>, usize);
 
-fn settings(measuring: Measuring<'_>) -> Settings {
+fn settings_of(measuring: Measuring<'_>) -> Settings {
     let (toe_cells, ring_share, margin_m, ground, things, bases, threads) = measuring;
     let (link_cells, fewest_cells) = things;
     let ground = Base::ground(ground.0, ground.1, ground.2);
@@ -194,13 +194,13 @@ pub(crate) fn measure_objects<'py>(
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
-    let found = found(&labels, &ground, &points, &is_on, &is_apart)?;
-    let settings = settings(measuring);
+    let found = found_from(&labels, &ground, &points, &is_on, &is_apart)?;
+    let settings = settings_of(measuring);
     measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
 }
 
 /// The points are borrowed, since nothing else holds them.
-fn found<'a>(
+fn found_from<'a>(
     labels: &ReadonlyArray1<'_, i32>,
     ground: &ReadonlyArray1<'_, bool>,
     points: &'a ReadonlyArray2<'_, f64>,
@@ -246,7 +246,7 @@ pub(crate) fn measure_difference<'py>(
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&later.0, origin_m, cell_m);
     let (later, earlier) = (seen(&later)?, earlier.as_ref().map(seen).transpose()?);
-    let settings = settings(measuring);
+    let settings = settings_of(measuring);
     measured(py, &map, || piles::measure_difference(&map.grid, &later, earlier.as_ref(), &settings))
 }
 
@@ -268,8 +268,8 @@ pub(crate) fn measure_inside<'py>(
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let regions: Vec<Region> = regions.into_iter().map(|rings| Region { rings }).collect();
-    let found = found(&labels, &ground, &points, &is_on, &is_apart)?;
-    let settings = settings(measuring);
+    let found = found_from(&labels, &ground, &points, &is_on, &is_apart)?;
+    let settings = settings_of(measuring);
     measured(py, &map, || {
         piles::measure_inside(&map.grid, &map.heights_m, &regions, &found, &settings)
     })

@@ -30,12 +30,12 @@ pub(crate) fn fit_plane(
     threads: usize,
 ) -> PyResult<PlaneParts> {
     let (cloud, _) = cloud(points, threads)?;
-    let settings = settings(threshold_m, hypotheses, cone, seed, threads);
+    let settings = settings_of(threshold_m, hypotheses, cone, seed, threads);
     let fit = attempted(py, || plane::fit_plane(&cloud.points, &settings))?;
     Ok(parts(&fit, cloud.origin))
 }
 
-pub(crate) fn settings(
+pub(crate) fn settings_of(
     threshold_m: f64,
     hypotheses: u32,
     cone: Option<(Point, f64)>,

@@ -228,7 +228,7 @@ fn check_extent(cloud: &Cloud) -> PyResult<()> {
 }
 
 /// The finite values of an array of shape `(n,)`, copied while attached.
-pub(crate) fn heights(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+pub(crate) fn heights_of(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     if let Ok(array) = values.extract::<ReadonlyArray1<'_, f64>>() {
         return Ok(finite(array.as_array().iter().copied()));
     }

@@ -10,7 +10,7 @@ use super::keys::{Cells, number};
 use super::links::{Link, Links};
 use super::normal_equations::WIDTH;
 use super::observations::LEVEL;
-use super::state::{ALIKE, OFFSET_M, State, middles};
+use super::state::{ALIKE, OFFSET_M, State, middles_of};
 
 /// Surfels whose height's uncertainty is computed, and fewest surfels above a floor. Chosen.
 const ASKED: usize = 400;
@@ -113,7 +113,7 @@ impl State {
         links: &[Link<'_>],
         middle: &Vector2<f64>,
     ) -> DVector<f64> {
-        let (middles, mut rows) = (middles(frames), Vec::new());
+        let (middles, mut rows) = (middles_of(frames), Vec::new());
         let mut sum = DVector::zeros(self.unknowns);
         let asked: Vec<Link<'_>> =
             links.iter().copied().step_by(links.len().div_ceil(ASKED).max(1)).collect();

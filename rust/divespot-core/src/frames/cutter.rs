@@ -1,7 +1,7 @@
 //! Fits patches to frames, with the camera's noise estimated from the first frame.
 
 use super::camera::Camera;
-use super::edges::usable;
+use super::edges::usable_pixels;
 use super::noise::{Noise, NoiseTable};
 use super::patches::{Patch, patches};
 
@@ -47,6 +47,6 @@ impl Cutter {
 }
 
 fn cut(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, threads: usize) -> Vec<Patch> {
-    let usable = usable(camera, ranges_m, noise, threads);
+    let usable = usable_pixels(camera, ranges_m, noise, threads);
     patches(camera, ranges_m, &usable, threads)
 }

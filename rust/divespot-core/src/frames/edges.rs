@@ -18,7 +18,12 @@ const ROWS: usize = 32;
 /// A flying pixel is a mix of a near and a far surface. Its distance from at least one neighbour
 /// along the ray is more than a surface at the steepest incidence has within a pixel, plus noise.
 #[must_use]
-pub fn usable(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, threads: usize) -> Vec<bool> {
+pub fn usable_pixels(
+    camera: &Camera,
+    ranges_m: &[f32],
+    noise: &NoiseTable,
+    threads: usize,
+) -> Vec<bool> {
     let mut found = vec![false; ranges_m.len()];
     let columns = camera.columns;
     fill_chunks(&mut found, ROWS * columns, threads, |first, piece| {
@@ -32,10 +37,10 @@ pub fn usable(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, threads: us
 /// Decides for a row of pixels that starts at index `first`.
 fn row(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, first: usize, found: &mut [bool]) {
     let columns = found.len();
-    let beyond = |at: usize| ranges_m.get(at..at + columns);
+    let range_at = |at: usize| ranges_m.get(at..at + columns);
     let own = &ranges_m[first..first + columns];
-    let above = first.checked_sub(columns).and_then(beyond).unwrap_or(own);
-    let below = beyond(first + columns).unwrap_or(own);
+    let above = first.checked_sub(columns).and_then(range_at).unwrap_or(own);
+    let below = range_at(first + columns).unwrap_or(own);
     let pitch = &camera.pitch[first..first + columns];
     for (x, out) in found.iter_mut().enumerate() {
         let range_m = own[x];
@@ -55,18 +60,18 @@ fn row(camera: &Camera, ranges_m: &[f32], noise: &NoiseTable, first: usize, foun
 mod tests {
     use super::*;
     use crate::frames::noise::Noise;
-    use crate::frames::noise::tests::{camera, plane};
+    use crate::frames::noise::tests::{camera_of, plane};
 
     #[test]
     fn a_pixel_between_two_surfaces_is_found_and_a_slope_is_not() {
-        let camera = camera(40, 50);
+        let camera = camera_of(40, 50);
         let mut ranges = plane(&camera, [0.6, 0.0, 1.0], 1.4);
         let noise = NoiseTable::new(&Noise::default());
-        assert!(usable(&camera, &ranges, &noise, 2).iter().all(|&one| one));
+        assert!(usable_pixels(&camera, &ranges, &noise, 2).iter().all(|&one| one));
         ranges[20 * 50 + 25] -= 0.5;
-        let found = usable(&camera, &ranges, &noise, 2);
+        let found = usable_pixels(&camera, &ranges, &noise, 2);
         assert!(!found[20 * 50 + 25] && found[18 * 50 + 25]);
         ranges[3] = f32::NAN;
-        assert!(!usable(&camera, &ranges, &noise, 1)[3]);
+        assert!(!usable_pixels(&camera, &ranges, &noise, 1)[3]);
     }
 }

@@ -172,7 +172,7 @@ impl Fused {
 mod tests {
     use super::*;
     use crate::frames::motion::turn;
-    use crate::frames::noise::tests::{camera, normal, plane};
+    use crate::frames::noise::tests::{camera_of, normal, plane};
     use nalgebra::Vector3;
 
     fn down(x: f64) -> Motion {
@@ -180,7 +180,7 @@ mod tests {
         Motion { rotation, shift: Vector3::new(x, 0.0, 1.4) }
     }
 
-    fn frames(camera: &Camera) -> Vec<(Vec<f32>, Motion)> {
+    fn frames_of(camera: &Camera) -> Vec<(Vec<f32>, Motion)> {
         (0..4_u64)
             .map(|f| {
                 let mut ranges = plane(camera, [0.0, 0.0, 1.0], 1.4);
@@ -193,8 +193,8 @@ mod tests {
 
     #[test]
     fn frames_merge_in_any_order_to_the_same_bits() {
-        let camera = camera(60, 80);
-        let frames = frames(&camera);
+        let camera = camera_of(60, 80);
+        let frames = frames_of(&camera);
         let all = vec![true; camera.pixels()];
         let fused = |order: &[usize], threads: usize| {
             let mut fusion = Fusion::new(0.02, &Noise::default(), 1.4).unwrap();
@@ -214,10 +214,10 @@ mod tests {
 
     #[test]
     fn a_floor_on_the_face_between_voxels_is_one_layer_at_its_height() {
-        let camera = camera(60, 80);
+        let camera = camera_of(60, 80);
         let mut fusion = Fusion::new(0.06, &Noise::default(), 1.4).unwrap();
         let all = vec![true; camera.pixels()];
-        for (ranges, pose) in frames(&camera) {
+        for (ranges, pose) in frames_of(&camera) {
             fusion.add(&camera, &ranges, &all, &pose, 0.0, 1);
         }
         let fused = fusion.points();

@@ -18,7 +18,7 @@ use super::model::Index;
 use super::motion::Motion;
 use super::noise::{Noise, NoiseTable};
 use super::normal_equations::NormalEquations;
-use super::state::{ALIKE, OFFSET_M, State, middles};
+use super::state::{ALIKE, OFFSET_M, State, middles_of};
 use super::track::{Settled, Tracker, floor};
 
 /// The poses of all frames, and their uncertainty.
@@ -177,7 +177,7 @@ impl State {
 
     /// Moves the frames by one least-squares step over every `every`-th surfel.
     fn step(&mut self, frames: &mut [Option<Keyframe>], found: &Links, every: usize) {
-        let middles = middles(frames);
+        let middles = middles_of(frames);
         let mut system = self.observed(frames, &middles, found, every);
         self.expect(&mut system);
         let Some(solved) = system.solved() else { return };

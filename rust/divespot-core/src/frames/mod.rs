@@ -29,7 +29,7 @@ mod voxels;
 
 pub use camera::Camera;
 pub use cutter::Cutter;
-pub use edges::usable;
+pub use edges::usable_pixels;
 pub use fusion::{Fused, Fusion};
 pub use joint::Joint;
 pub use motion::Motion;

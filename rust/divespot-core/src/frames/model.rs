@@ -17,17 +17,17 @@ pub(crate) struct Surfel {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct CubeSums {
     at: Vector3<f64>,
     normal: Vector3<f64>,
     count: f64,
 }
 
-/// Sums of patches, one for each cube.
+/// CubeSums of patches, one for each cube.
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
     cube_m: f64,
-    cubes: Cells<Sums>,
+    cubes: Cells<CubeSums>,
 }
 
 /// Least length of the mean normal in a cube; if it is shorter, the cube holds an edge and has no
@@ -62,7 +62,7 @@ impl Model {
 
     /// The surfels in the order of their cubes; of those split by a face between cubes, the larger.
     pub(crate) fn surfels(&self) -> Vec<Surfel> {
-        let mean = |(&key, sums): (&u64, &Sums)| {
+        let mean = |(&key, sums): (&u64, &CubeSums)| {
             let length = sums.normal.norm();
             (length > AGREEING * sums.count).then(|| {
                 let (at, normal) = (sums.at / sums.count, sums.normal / length);
@@ -81,16 +81,16 @@ impl Model {
 
     /// Memory of the cubes, in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.cubes.capacity() * (size_of::<(u64, Sums)>() + 1)
+        self.cubes.capacity() * (size_of::<(u64, CubeSums)>() + 1)
     }
 
     /// Distance of a place from a cube, in m.
     fn away_m(&self, cube: &[i64; 3], at: &Vector3<f64>) -> f64 {
-        let beyond = |k: usize| {
+        let outside = |k: usize| {
             let low = cube[k] as f64 * self.cube_m;
             (low - at[k]).max(at[k] - low - self.cube_m).max(0.0)
         };
-        Vector3::from_fn(|k, _| beyond(k)).norm()
+        Vector3::from_fn(|k, _| outside(k)).norm()
     }
 
     /// Whether a cube beside it holds more of the same surface; ties go to the lower key.

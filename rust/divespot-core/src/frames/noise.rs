@@ -182,12 +182,12 @@ fn fitted(classes: &[[f64; 3]]) -> Noise {
 pub(crate) mod tests {
     use super::*;
     use crate::Point;
-    use crate::frames::edges::usable;
+    use crate::frames::edges::usable_pixels;
     use crate::frames::patches::patches;
     use crate::sample::mix;
 
     /// A pinhole camera with a view of about 65° by 75°.
-    pub(crate) fn camera(rows: usize, columns: usize) -> Camera {
+    pub(crate) fn camera_of(rows: usize, columns: usize) -> Camera {
         let ray = |i: usize| -> Point {
             let x = 0.77 * (2.0 * ((i % columns) as f64 + 0.5) / columns as f64 - 1.0);
             let y = 0.64 * (2.0 * ((i / columns) as f64 + 0.5) / rows as f64 - 1.0);
@@ -211,13 +211,13 @@ pub(crate) mod tests {
 
     #[test]
     fn the_noise_of_a_frame_is_that_which_was_put_in() {
-        let camera = camera(240, 320);
+        let camera = camera_of(240, 320);
         let truth = |r: f64| 0.0008 * r * r;
         let mut ranges = plane(&camera, [0.0, 0.5, 1.0], 1.6);
         for (i, r) in ranges.iter_mut().enumerate() {
             *r += (truth(f64::from(*r)) * normal(i as u64)) as f32;
         }
-        let usable = usable(&camera, &ranges, &NoiseTable::new(&Noise::default()), 1);
+        let usable = usable_pixels(&camera, &ranges, &NoiseTable::new(&Noise::default()), 1);
         let found = Noise::of(&camera, &ranges, &patches(&camera, &ranges, &usable, 1));
         for range in [1.3, 1.6, 2.0] {
             let ratio = found.sigma_m(range, 0.8) / truth(range);

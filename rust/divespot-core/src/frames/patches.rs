@@ -58,7 +58,7 @@ fn patch(camera: &Camera, ranges_m: &[f32], usable: &[bool], number: usize) -> O
         return None;
     }
     let anchor = 1.0 / f64::from(ranges_m[pixel]);
-    let mut sums = Sums::default();
+    let mut sums = PatchSums::default();
     for row in 0..block {
         let own = corner + row * columns..corner + row * columns + block;
         let pixels = camera.plan[own.clone()].iter().zip(&ranges_m[own.clone()]);
@@ -78,7 +78,7 @@ fn patch(camera: &Camera, ranges_m: &[f32], usable: &[bool], number: usize) -> O
 /// known exactly. A least-squares plane of the points themselves would be tilted: their noise is
 /// along the ray, and therefore both along and across a plane at oblique incidence.
 #[derive(Default)]
-struct Sums {
+struct PatchSums {
     count: f64,
     /// Right, down, their squares and product.
     rays: [f64; 5],
@@ -88,7 +88,7 @@ struct Sums {
     places: [f64; 3],
 }
 
-impl Sums {
+impl PatchSums {
     #[inline]
     fn add(&mut self, [u, v, ahead]: [f64; 3], range_m: f64, anchor: f64) {
         let away_m = range_m * ahead;
@@ -133,11 +133,11 @@ fn add<const N: usize>(sums: &mut [f64; N], values: [f64; N]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::noise::tests::{camera, plane};
+    use crate::frames::noise::tests::{camera_of, plane};
 
     #[test]
     fn patches_of_a_plane_lie_on_it_and_face_the_camera() {
-        let camera = camera(96, 128);
+        let camera = camera_of(96, 128);
         let ranges = plane(&camera, [0.3, 0.0, 1.0], 2.0);
         let usable = vec![true; ranges.len()];
         let found = patches(&camera, &ranges, &usable, 2);
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn nothing_comes_of_pixels_that_are_not_usable() {
-        let camera = camera(20, 20);
+        let camera = camera_of(20, 20);
         let ranges = plane(&camera, [0.0, 0.0, 1.0], 2.0);
         assert!(patches(&camera, &ranges, &vec![false; 400], 1).is_empty());
     }

@@ -98,7 +98,7 @@ impl State {
 }
 
 /// Mean place of each frame's patches, about which its pose is rotated.
-pub(super) fn middles(frames: &[Option<Keyframe>]) -> Vec<Vector3<f64>> {
+pub(super) fn middles_of(frames: &[Option<Keyframe>]) -> Vec<Vector3<f64>> {
     let middle = |kept: &Keyframe| {
         let sum: Vector3<f64> = kept.patches.iter().map(|p| p.at(0.0)).sum();
         kept.pose.apply(&(sum / kept.patches.len().max(1) as f64))

@@ -70,7 +70,7 @@ impl Still {
             threads: thread_count(threads),
             frames: 0,
             offs_m: Vec::new(),
-            squares: vec![0.0; pixels.div_ceil(every(pixels))],
+            squares: vec![0.0; pixels.div_ceil(stride(pixels))],
         }
     }
 
@@ -102,7 +102,7 @@ impl Still {
 
     /// Measures how far a frame, and some of its pixels, are off the anchors.
     fn look_at(&mut self, ranges_m: &[f32]) {
-        let every = every(self.pixels.len());
+        let every = stride(self.pixels.len());
         let mut offs = Vec::with_capacity(self.squares.len());
         for (k, square) in self.squares.iter_mut().enumerate() {
             let pixel = &self.pixels[k * every];
@@ -133,7 +133,7 @@ impl Still {
     }
 
     fn sigma_m(&self) -> f64 {
-        let looked_at = self.pixels.iter().step_by(every(self.pixels.len()));
+        let looked_at = self.pixels.iter().step_by(stride(self.pixels.len()));
         let own = looked_at.zip(&self.squares).filter(|(pixel, _)| pixel.count > 2);
         let variance = |(pixel, square): (&Pixel, &f64)| {
             let (count, mean) = (f64::from(pixel.count), pixel.mean_m());
@@ -181,7 +181,7 @@ impl Pixel {
 }
 
 /// Every how many pixels one is measured.
-fn every(pixels: usize) -> usize {
+fn stride(pixels: usize) -> usize {
     (pixels / LOOKED_AT).max(1)
 }
 

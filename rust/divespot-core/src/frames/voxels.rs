@@ -34,7 +34,7 @@ impl Item {
 
 /// The sums of one voxel's pixels.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct PixelSums {
     weight: u64,
     /// Weighted places in the voxel, in integer units.
     inside: [u64; 3],
@@ -46,7 +46,7 @@ struct Sums {
     last: u32,
 }
 
-impl Sums {
+impl PixelSums {
     #[inline]
     fn take(&mut self, item: &Item) {
         let weight = u64::from(item.weight);
@@ -72,7 +72,7 @@ pub(crate) struct Voxels {
     bricks: Cells<u32>,
     /// For each brick the indices of its voxels' sums, from 1; 0 for empty voxels.
     places: Vec<[u32; VOXELS]>,
-    sums: Vec<Sums>,
+    sums: Vec<PixelSums>,
 }
 
 impl Voxels {
@@ -112,10 +112,10 @@ impl Voxels {
     }
 
     #[inline]
-    fn sums(&mut self, brick: usize, voxel: u8) -> &mut Sums {
+    fn sums(&mut self, brick: usize, voxel: u8) -> &mut PixelSums {
         let place = &mut self.places[brick][usize::from(voxel)];
         if *place == 0 {
-            self.sums.push(Sums::default());
+            self.sums.push(PixelSums::default());
             *place = self.sums.len() as u32;
         }
         &mut self.sums[*place as usize - 1]
@@ -140,7 +140,7 @@ impl Voxels {
     pub(crate) fn bytes(&self) -> usize {
         self.bricks.capacity() * (size_of::<(u64, u32)>() + 1)
             + self.places.capacity() * size_of::<[u32; VOXELS]>()
-            + self.sums.capacity() * size_of::<Sums>()
+            + self.sums.capacity() * size_of::<PixelSums>()
     }
 }
 
@@ -156,7 +156,7 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    fn of(cell: [i64; 3], sums: &Sums, voxel_m: f64) -> Self {
+    fn of(cell: [i64; 3], sums: &PixelSums, voxel_m: f64) -> Self {
         let weight = sums.weight as f64;
         let part = |k: usize| sums.inside[k] as f64 / weight / PARTS;
         let at = std::array::from_fn(|k| (cell[k] as f64 + part(k)) * voxel_m);

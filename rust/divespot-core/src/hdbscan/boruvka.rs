@@ -7,12 +7,12 @@ use crate::parallel::share;
 use super::knn::Neighbors;
 use super::rounds::{CHUNK, Edge, Rounds};
 use super::search::Search;
-use super::tree::{LEAF, Tree};
+use super::tree::{BlockTree, LEAF};
 
 /// The `n - 1` edges of a minimum spanning tree, unsorted.
 ///
 /// Which of several edges of equal weight is taken may vary; the sorted weights do not.
-pub(super) fn spanning_tree(tree: &Tree, neighbors: Neighbors, threads: usize) -> Vec<Edge> {
+pub(super) fn spanning_tree(tree: &BlockTree, neighbors: Neighbors, threads: usize) -> Vec<Edge> {
     let mut rounds = Rounds::new(tree, neighbors, threads);
     rounds.join_nearest();
     while rounds.live.len() > 1 {

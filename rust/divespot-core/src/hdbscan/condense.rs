@@ -59,7 +59,7 @@ pub(super) fn condense(edges: &[Edge], count: usize, min_cluster_size: usize) ->
 
 /// A component in a merger.
 #[derive(Clone, Copy)]
-struct Part {
+struct Branch {
     /// Root of the component it merges into.
     into: u32,
     root: u32,
@@ -80,7 +80,7 @@ struct Growth {
     min_size: u32,
     forest: Forest,
     members: Vec<Member>,
-    parts: Vec<Part>,
+    parts: Vec<Branch>,
     condensed: Condensed,
 }
 
@@ -97,9 +97,9 @@ impl Growth {
     }
 
     /// The component of a place, before a merger.
-    fn part(&mut self, place: u32) -> Part {
+    fn part(&mut self, place: u32) -> Branch {
         let root = self.forest.find(place);
-        Part { into: root, root, size: self.forest.size(root) }
+        Branch { into: root, root, size: self.forest.size(root) }
     }
 
     fn merge_pair(&mut self, edge: &Edge) {
@@ -127,7 +127,7 @@ impl Growth {
     }
 
     /// Merges all of `parts` at one weight.
-    fn merge(&mut self, parts: &[Part], weight: f32) {
+    fn merge(&mut self, parts: &[Branch], weight: f32) {
         let min_size = self.min_size;
         let mut large = parts.iter().filter(|part| part.size >= min_size);
         let cluster = match (large.next(), large.next()) {
@@ -166,7 +166,7 @@ impl Growth {
     }
 
     /// Links the members of components that are no cluster yet into one circular list.
-    fn link(&mut self, parts: &[Part]) {
+    fn link(&mut self, parts: &[Branch]) {
         for pair in parts.windows(2) {
             let (a, b) = (pair[0].root as usize, pair[1].root as usize);
             let next = self.members[a].next;

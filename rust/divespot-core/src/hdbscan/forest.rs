@@ -2,11 +2,11 @@
 
 /// Disjoint sets of `0..count`, each named by its root.
 pub(super) struct Forest {
-    trees: Vec<Tree>,
+    trees: Vec<Member>,
 }
 
 #[derive(Clone, Copy)]
-struct Tree {
+struct Member {
     parent: u32,
     /// Number of members; valid only in roots.
     size: u32,
@@ -14,7 +14,7 @@ struct Tree {
 
 impl Forest {
     pub(super) fn new(count: usize) -> Self {
-        Self { trees: (0..count as u32).map(|parent| Tree { parent, size: 1 }).collect() }
+        Self { trees: (0..count as u32).map(|parent| Member { parent, size: 1 }).collect() }
     }
 
     /// The root of the set that holds `i`; halves the path on the way.

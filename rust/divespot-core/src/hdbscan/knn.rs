@@ -4,7 +4,7 @@ use crate::cancel::poll;
 use crate::parallel::share;
 
 use super::found::{Found, distance_of};
-use super::tree::{LEAF, Node, Tree, Visitor, larger};
+use super::tree::{BlockTree, LEAF, Node, Visitor, larger};
 
 /// Leaves for a thread at a time. Decides no answer.
 const CHUNK: usize = 64;
@@ -33,7 +33,7 @@ pub(super) struct Neighbors {
 }
 
 /// Finds the `k` nearest others of every point; `k` must be below the number of points.
-pub(super) fn all_neighbors(tree: &Tree, k: usize, threads: usize) -> Neighbors {
+pub(super) fn all_neighbors(tree: &BlockTree, k: usize, threads: usize) -> Neighbors {
     let count = tree.rows.len();
     let width = KEPT.min(count - 1);
     let mut cores = vec![[f32::INFINITY; LEAF]; tree.blocks.len()];
@@ -65,7 +65,7 @@ pub(super) fn all_neighbors(tree: &Tree, k: usize, threads: usize) -> Neighbors 
 /// keeping them sorted. The bound is guessed from the leaf before. If it was too small, the search
 /// is repeated with a larger one.
 struct Search<'a> {
-    tree: &'a Tree,
+    tree: &'a BlockTree,
     k: usize,
     width: usize,
     own: usize,
@@ -81,7 +81,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(tree: &'a Tree, k: usize, width: usize) -> Self {
+    fn new(tree: &'a BlockTree, k: usize, width: usize) -> Self {
         // One more than the list holds, which shows how far the list reaches.
         let wanted = k.max(width + 1).min(tree.rows.len() - 1);
         Self {

@@ -18,7 +18,7 @@ pub(super) fn label(
     owners: &[u32],
     epsilon: f64,
 ) -> (Vec<i32>, Vec<f64>) {
-    let reaches = reaches(condensed, epsilon);
+    let reaches = reaches_of(condensed, epsilon);
     let owner = |leave: &Leave| {
         let &cluster = owners.get(leave.cluster as usize)?;
         let &reach = reaches.get(cluster as usize)?;
@@ -42,7 +42,7 @@ pub(super) fn label(
 
 /// The distance within which a selected cluster keeps its points. If the whole cloud is the
 /// cluster, it keeps points as dense as epsilon, or as its own core.
-fn reaches(condensed: &Condensed, epsilon: f64) -> Vec<f64> {
+fn reaches_of(condensed: &Condensed, epsilon: f64) -> Vec<f64> {
     let reach = |cluster: &super::condense::Cluster| match cluster.parent {
         NONE if epsilon > 0.0 => epsilon,
         NONE => cluster.death,

@@ -101,7 +101,7 @@ pub fn hdbscan(points: &[Point], settings: &Settings) -> Result<Clusters> {
         return Ok(Clusters { labels, probabilities, mst_weights: Vec::new() });
     }
     let threads = thread_count(settings.threads);
-    let tree = tree::Tree::new(points, |p| frame.map(p), threads);
+    let tree = tree::BlockTree::new(points, |p| frame.map(p), threads);
     let k = settings.min_samples.min(points.len() - 1);
     memory_for(threads.saturating_mul(k).saturating_mul(knn::BYTES_A_NEIGHBOR), || {
         format!("the search for {k} neighbours on {threads} threads")

@@ -7,7 +7,7 @@ use crate::parallel::{fill_chunks, share};
 
 use super::forest::Forest;
 use super::knn::{BEYOND, Neighbors};
-use super::tree::{LEAF, Tree, larger, smaller};
+use super::tree::{BlockTree, LEAF, larger, smaller};
 
 /// Leaves for a thread at a time. Decides no answer.
 pub(super) const CHUNK: usize = 64;
@@ -39,7 +39,7 @@ pub(super) struct Exit {
 
 /// The state of the rounds.
 pub(super) struct Rounds<'a> {
-    pub(super) tree: &'a Tree,
+    pub(super) tree: &'a BlockTree,
     pub(super) threads: usize,
     pub(super) cores: Vec<[f32; LEAF]>,
     lists: Vec<u32>,
@@ -62,7 +62,7 @@ pub(super) struct Rounds<'a> {
 }
 
 impl<'a> Rounds<'a> {
-    pub(super) fn new(tree: &'a Tree, neighbors: Neighbors, threads: usize) -> Self {
+    pub(super) fn new(tree: &'a BlockTree, neighbors: Neighbors, threads: usize) -> Self {
         let count = tree.rows.len();
         let Neighbors { cores, reaches, lists, width } = neighbors;
         let exit = |(&core, &reach): (&f32, &f32)| Exit {
@@ -223,7 +223,7 @@ fn add(edges: &mut Vec<Edge>, forest: &mut Forest, edge: Edge) {
 
 /// Merges the values of places upwards to every node of the tree.
 fn up<T: Copy>(
-    tree: &Tree,
+    tree: &BlockTree,
     empty: T,
     value: impl Fn(usize) -> T,
     merge: impl Fn(T, T) -> T,

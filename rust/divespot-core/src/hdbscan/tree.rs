@@ -109,7 +109,7 @@ struct Item {
 }
 
 /// The points in tree order: place `p` is lane `p % 16` of leaf `p / 16`.
-pub(super) struct Tree {
+pub(super) struct BlockTree {
     pub(super) nodes: Vec<Node>,
     pub(super) blocks: Vec<Block>,
     /// The input's row of each place.
@@ -118,7 +118,7 @@ pub(super) struct Tree {
     pub(super) leaf_nodes: Vec<u32>,
 }
 
-impl Tree {
+impl BlockTree {
     /// Builds the tree of `points`, each first mapped into `f32`.
     pub(super) fn new(points: &[Point], map: impl Fn(&Point) -> [f32; 3], threads: usize) -> Self {
         let mut items: Vec<Item> =
@@ -126,7 +126,7 @@ impl Tree {
         let leaves = items.len().div_ceil(LEAF);
         let mut nodes = vec![Node::default(); (2 * leaves).saturating_sub(1)];
         if leaves > 0 {
-            let whole = Part { items: &mut items, nodes: &mut nodes, node: 0, leaf: 0 };
+            let whole = Half { items: &mut items, nodes: &mut nodes, node: 0, leaf: 0 };
             split_all(whole, threads);
         }
         let blocks = items.chunks(LEAF).polled().map(Block::new).collect();
@@ -189,16 +189,16 @@ pub(super) trait Visitor {
 }
 
 /// A subtree to be built.
-struct Part<'a> {
+struct Half<'a> {
     items: &'a mut [Item],
     nodes: &'a mut [Node],
     node: u32,
     leaf: u32,
 }
 
-impl<'a> Part<'a> {
+impl<'a> Half<'a> {
     /// Writes the subtree's first node; splits the rest along its longest axis.
-    fn split(self) -> Option<[Part<'a>; 2]> {
+    fn split(self) -> Option<[Half<'a>; 2]> {
         let (lo, hi) = bounds(self.items);
         let (first, below) = self.nodes.split_first_mut()?;
         *first = Node { lo, hi, right: 0, leaf: self.leaf };
@@ -215,8 +215,8 @@ impl<'a> Part<'a> {
         let (left, right) = self.items.split_at_mut(middle);
         let (left_below, right_below) = below.split_at_mut(left_nodes);
         Some([
-            Part { items: left, nodes: left_below, node: self.node + 1, leaf: self.leaf },
-            Part {
+            Half { items: left, nodes: left_below, node: self.node + 1, leaf: self.leaf },
+            Half {
                 items: right,
                 nodes: right_below,
                 node: right_node,
@@ -226,7 +226,7 @@ impl<'a> Part<'a> {
     }
 }
 
-fn split_all(whole: Part<'_>, threads: usize) {
+fn split_all(whole: Half<'_>, threads: usize) {
     let mut parts = vec![whole];
     while !parts.is_empty() && parts.len() < 4 * threads {
         let halves = Mutex::new(Vec::with_capacity(2 * parts.len()));

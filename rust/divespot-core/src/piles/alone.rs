@@ -1,29 +1,29 @@
 //! Splits one object into its piles, without the walls they lean on.
 //!
-//! Touching piles are parted by a watershed (`valley`), after the object has been clipped at walls
+//! Touching piles are parted by a watershed (`watershed`), after the object has been clipped at walls
 //! and continued to their faces (`wall`, `face`).
 
+use super::annulus::annulus_plane;
 use super::base::Base;
 use super::object::{above_base, shape};
-use super::patch::Patch;
-use super::ring::ring_plane;
 use super::scene::Scene;
 use super::settings::Settings;
-use super::{banks, face, gaps, valley, wall};
+use super::window::Window;
+use super::{banks, face, gaps, wall, watershed};
 
 /// The piles of one object, each as `found` and as a `whole` with its occluded flanks. All of them
 /// share the annulus of ground around the object.
 pub(crate) fn alone(
-    found: Patch,
-    mut whole: Patch,
+    found: Window,
+    mut whole: Window,
     scene: &Scene<'_>,
     settings: &Settings,
-) -> Vec<(Patch, Patch)> {
-    whole.plane = ring_plane(&whole).map(|(plane, _)| plane);
+) -> Vec<(Window, Window)> {
+    whole.plane = annulus_plane(&whole).map(|(plane, _)| plane);
     let base = whole.plane.clone().unwrap_or_else(|| settings.ground.clone());
     let (found, whole) = at_walls(found, whole, &base, scene, settings);
     let above = gaps::heights(&whole, &above_base(&whole, &base));
-    let Some(parts) = valley::parts(&whole, &above, settings.margin_m) else {
+    let Some(parts) = watershed::parts(&whole, &above, settings.margin_m) else {
         return vec![(found, whole)];
     };
     let count = parts.iter().flatten().max().map_or(0, |most| most + 1);
@@ -36,12 +36,12 @@ pub(crate) fn alone(
 
 /// Clips the object at the walls around it; a pile is continued to their faces.
 fn at_walls(
-    found: Patch,
-    whole: Patch,
+    found: Window,
+    whole: Window,
     base: &Base,
     scene: &Scene<'_>,
     settings: &Settings,
-) -> (Patch, Patch) {
+) -> (Window, Window) {
     let is_pile = shape(&found, base, settings).could_be_poured();
     let (found, whole) = (wall::up_to_walls(found, base), wall::up_to_walls(whole, base));
     if !is_pile {

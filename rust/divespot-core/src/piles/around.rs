@@ -6,10 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use super::territory::Territory;
+use super::nearest_label::NearestLabel;
 use crate::cancel::Polled;
 use crate::connectivity::components_joined;
-use crate::connectivity::{FOUR, NOBODY};
+use crate::connectivity::{FOUR, UNLABELLED};
 use crate::count::to_f64;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
@@ -35,25 +35,26 @@ pub(crate) struct Around<'a> {
 
 impl Around<'_> {
     /// The nearest-label map of the objects, up to `farthest` steps away.
-    pub(crate) fn territory(&self, labels: &[i32], farthest: u32) -> Territory {
+    pub(crate) fn nearest(&self, labels: &[i32], farthest: u32) -> NearestLabel {
         let goes_on =
             |from: usize, to: usize| self.open[to] && !self.drops(from, to, STEEPEST_POURED);
         let tells = |cell: usize| self.ground[cell] && !self.heights_m[cell].is_nan();
-        let mut territory = Territory::grow_along(self.grid, labels, goes_on, tells, farthest);
-        for cell in self.touched_little(labels, &territory) {
-            territory.owner[cell] = NOBODY;
-            territory.steps[cell] = u32::MAX;
+        let mut nearest = NearestLabel::grow_along(self.grid, labels, goes_on, tells, farthest);
+        for cell in self.touched_little(labels, &nearest) {
+            nearest.owner[cell] = UNLABELLED;
+            nearest.steps[cell] = u32::MAX;
         }
-        territory
+        nearest
     }
 
     /// The cells of those parts of the ground that an object touches along little of its foot.
     fn touched_little(
         &self,
         labels: &[i32],
-        Territory { owner, last, .. }: &Territory,
+        NearestLabel { owner, last, .. }: &NearestLabel,
     ) -> Vec<usize> {
-        let told = |cell: usize| owner[cell] != NOBODY && labels[last[cell] as usize] == NOBODY;
+        let told =
+            |cell: usize| owner[cell] != UNLABELLED && labels[last[cell] as usize] == UNLABELLED;
         let joined = |a: usize, b: usize| {
             owner[a] == owner[b] && !self.drops(last[a] as usize, last[b] as usize, GENTLE)
         };
@@ -90,7 +91,7 @@ impl Around<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::connectivity::NOBODY;
+    use crate::connectivity::UNLABELLED;
     use crate::piles::found::Found;
     use crate::piles::tests::{CELL, exact, settings};
     use crate::piles::{Object, measure};
@@ -123,9 +124,9 @@ mod tests {
         let labels = cells
             .clone()
             .map(at)
-            .map(|[x, y]| if cone(x, y) > 0.05 || leak(x, y) { 0 } else { NOBODY });
+            .map(|[x, y]| if cone(x, y) > 0.05 || leak(x, y) { 0 } else { UNLABELLED });
         let labels: Vec<i32> = labels.collect();
-        let is_ground = |cell: usize| labels[cell] == NOBODY && !rim(at(cell)[0], at(cell)[1]);
+        let is_ground = |cell: usize| labels[cell] == UNLABELLED && !rim(at(cell)[0], at(cell)[1]);
         let ground = cells.map(is_ground).collect();
         let found = Found { ground, ..Found::on_all_else(labels.clone()) };
         measure(&map.grid, &map.heights_m, &found, &settings()).unwrap().remove(0)

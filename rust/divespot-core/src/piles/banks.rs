@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::bank::{Bank, SUPPORT, TOE};
 use super::base::Base;
 use super::buried::buried;
-use super::patch::{Patch, Zone};
+use super::window::{Window, Zone};
 use crate::connectivity::FOUR;
 use crate::count::to_f64;
 use crate::hypotenuse::Hypotenuse;
@@ -26,60 +26,60 @@ const FEWEST: usize = 6;
 
 /// The base with the banks that continue below an object. A surface that was given contains them
 /// already.
-pub(crate) fn with_banks(base: Base, patch: &Patch) -> Base {
+pub(crate) fn with_banks(base: Base, window: &Window) -> Base {
     if base.is_surface() {
         return base;
     }
-    let bank = under(patch, &base);
+    let bank = under(window, &base);
     base.with_bank(bank)
 }
 
 /// The banks and walls above the base below an object and its toe; `None` where there are none.
-fn under(patch: &Patch, base: &Base) -> Option<Arc<Bank>> {
-    let mut heights_m = vec![f64::NAN; patch.zones.len()];
+fn under(window: &Window, base: &Base) -> Option<Arc<Bank>> {
+    let mut heights_m = vec![f64::NAN; window.zones.len()];
     let mut front = Vec::new();
-    for cell in (0..heights_m.len()).filter(|&cell| patch.banks[cell]) {
-        if held(patch, cell) {
+    for cell in (0..heights_m.len()).filter(|&cell| window.banks[cell]) {
+        if held(window, cell) {
             heights_m[cell] =
-                go_on(patch, cell, cell).map_or(f64::NAN, |face| face.above(base, patch, cell));
+                go_on(window, cell, cell).map_or(f64::NAN, |face| face.above(base, window, cell));
         }
         front.push((cell, cell));
     }
     while let Some((bank, cell)) = front.pop() {
-        for n in four(patch, cell).filter(|&n| held(patch, n) && !patch.banks[n]) {
-            let Some(face) = go_on(patch, bank, n) else { continue };
-            let height_m = face.above(base, patch, n);
-            let lower = face.height_m < patch.heights_m[bank] && height_m < patch.heights_m[n];
+        for n in four(window, cell).filter(|&n| held(window, n) && !window.banks[n]) {
+            let Some(face) = go_on(window, bank, n) else { continue };
+            let height_m = face.above(base, window, n);
+            let lower = face.height_m < window.heights_m[bank] && height_m < window.heights_m[n];
             let known = heights_m[n].is_nan() || heights_m[n] < height_m;
-            if lower && known && height_m > base.at(patch.grid.center(n)) {
+            if lower && known && height_m > base.at(window.grid.center(n)) {
                 heights_m[n] = height_m;
                 front.push((bank, n));
             }
         }
     }
     let mut u_m = vec![0.0; heights_m.len()];
-    for wall in buried(patch) {
-        let high_m = wall.top_m - base.at(patch.grid.center(wall.cell));
+    for wall in buried(window) {
+        let high_m = wall.top_m - base.at(window.grid.center(wall.cell));
         heights_m[wall.cell] = wall.top_m.max(heights_m[wall.cell]);
         u_m[wall.cell] = wall.u_share * high_m.max(0.0);
     }
     let any = heights_m.iter().any(|h| !h.is_nan());
-    any.then(|| Arc::new(Bank { grid: patch.grid, heights_m, u_m }))
+    any.then(|| Arc::new(Bank { grid: window.grid, heights_m, u_m }))
 }
 
 /// The object with its toe extended onto the banks beside it: cells where pile and bank meet hold
 /// some of both.
-pub(crate) fn with_toe(mut patch: Patch) -> Patch {
+pub(crate) fn with_toe(mut window: Window) -> Window {
     let beside = |&cell: &usize| {
-        let near = || patch.around(cell, TOE).any(|n| patch.zones[n] == Zone::Core);
-        patch.banks[cell] && patch.zones[cell] == Zone::Outside && near()
+        let near = || window.around(cell, TOE).any(|n| window.zones[n] == Zone::Core);
+        window.banks[cell] && window.zones[cell] == Zone::Outside && near()
     };
-    let toe: Vec<usize> = (0..patch.zones.len())
+    let toe: Vec<usize> = (0..window.zones.len())
         .filter(beside)
-        .filter(|&cell| go_on(&patch, cell, cell).is_some())
+        .filter(|&cell| go_on(&window, cell, cell).is_some())
         .collect();
-    toe.into_iter().for_each(|cell| patch.zones[cell] = Zone::Toe);
-    patch
+    toe.into_iter().for_each(|cell| window.zones[cell] = Zone::Toe);
+    window
 }
 
 /// The plane of a bank's face at one cell.
@@ -90,11 +90,11 @@ struct Face {
 
 impl Face {
     /// The mean over a cell of the higher of face and base, in m.
-    fn above(&self, base: &Base, patch: &Patch, cell: usize) -> f64 {
-        let [x, y] = patch.grid.center(cell);
+    fn above(&self, base: &Base, window: &Window, cell: usize) -> f64 {
+        let [x, y] = window.grid.center(cell);
         let at = |k: usize| (to_f64(k) + 0.5) / to_f64(PARTS) - 0.5;
         let height = |k: usize| {
-            let off = [at(k % PARTS), at(k / PARTS)].map(|part| part * patch.grid.cell_m);
+            let off = [at(k % PARTS), at(k / PARTS)].map(|part| part * window.grid.cell_m);
             let face_m = self.height_m + self.slope[0] * off[0] + self.slope[1] * off[1];
             face_m.max(base.at([x + off[0], y + off[1]]))
         };
@@ -102,21 +102,21 @@ impl Face {
     }
 }
 
-fn held(patch: &Patch, cell: usize) -> bool {
-    matches!(patch.zones[cell], Zone::Core | Zone::Toe)
+fn held(window: &Window, cell: usize) -> bool {
+    matches!(window.zones[cell], Zone::Core | Zone::Toe)
 }
 
-fn four(patch: &Patch, cell: usize) -> impl Iterator<Item = usize> {
-    patch.grid.neighbors(cell, &FOUR)
+fn four(window: &Window, cell: usize) -> impl Iterator<Item = usize> {
+    window.grid.neighbors(cell, &FOUR)
 }
 
 /// The face at a cell, from a plane through the bank's cells around `bank`; `None` if the plane is
 /// level or steeper than [`STEEPEST`]. Cells beside the object are left out, since they hold some
 /// of its points.
-fn go_on(patch: &Patch, bank: usize, cell: usize) -> Option<Face> {
-    let beside = |n: usize| patch.around(n, TOE).any(|n| patch.zones[n] == Zone::Core);
-    let clean = patch.around(bank, SUPPORT).filter(|&n| patch.banks[n] && !beside(n));
-    let local = places_about(&patch.grid, &patch.heights_m, cell, clean);
+fn go_on(window: &Window, bank: usize, cell: usize) -> Option<Face> {
+    let beside = |n: usize| window.around(n, TOE).any(|n| window.zones[n] == Zone::Core);
+    let clean = window.around(bank, SUPPORT).filter(|&n| window.banks[n] && !beside(n));
+    let local = places_about(&window.grid, &window.heights_m, cell, clean);
     if local.len() < FEWEST {
         return None;
     }

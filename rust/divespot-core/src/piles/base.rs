@@ -1,21 +1,21 @@
 //! The base surface of an object: a smooth surface fitted to the annulus of ground around it, in m.
 //!
 //! Method: a robust plane (Tukey's biweight, iteratively reweighted least squares) over twelve
-//! sectors of equal weight, a breakline under the object if the ground shows one (`crease`), and
-//! block kriging of its undulations (`waves`). A surface that was given takes their place.
+//! sectors of equal weight, a breakline under the object if the ground shows one (`breakline`), and
+//! block kriging of its undulations (`kriging`). A surface that was given takes their place.
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use super::bank::Bank;
-use super::crease::Crease;
+use super::breakline::Breakline;
+use super::kriging::{Footprint, Kriging};
 use super::nodes::Nodes;
 use super::sectors::Sectors;
 use super::surface::Surface;
-use super::waves::{Footprint, Waves};
 use crate::count::to_f64;
-use crate::film::Film;
+use crate::harmonic::Harmonic;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::near_plane::{value, weighted_plane};
@@ -52,11 +52,11 @@ pub struct Base {
     pub u_level_m: f64,
     /// What the base is fitted to.
     pub kind: Kind,
-    crease: Option<Crease>,
+    breakline: Option<Breakline>,
     /// Scatter of the ground around the object about the plane, in m: of its cells or of its
     /// sectors, whichever is larger.
     wander_m: f64,
-    film: Option<Film>,
+    harmonic: Option<Harmonic>,
     surface: Option<Arc<Surface>>,
     bank: Option<Arc<Bank>>,
 }
@@ -65,10 +65,10 @@ pub struct Base {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// The annulus of ground around the object.
-    Ring,
+    Annulus,
     /// The level of the annulus and the tilt of the whole ground: half or more of the annulus was
     /// unseen.
-    RingLevel,
+    AnnulusLevel,
     /// The height of the ground in the whole scan, or another surface meant to be the ground.
     Ground,
     /// A height that was given, whatever the ground around the object is like.
@@ -92,9 +92,9 @@ impl Base {
             noise_m,
             u_level_m,
             kind,
-            crease: None,
+            breakline: None,
             wander_m: noise_m,
-            film: None,
+            harmonic: None,
             surface: None,
             bank: None,
         }
@@ -121,7 +121,9 @@ impl Base {
     #[must_use]
     pub fn at(&self, p: [f64; 2]) -> f64 {
         let surface = self.surface.as_ref().map_or(0.0, |surface| surface.at(p));
-        let ground = self.plane_at(p) + self.film.as_ref().map_or(0.0, |film| film.at(p)) + surface;
+        let ground = self.plane_at(p)
+            + self.harmonic.as_ref().map_or(0.0, |harmonic| harmonic.at(p))
+            + surface;
         self.bank.as_ref().map_or(ground, |bank| ground.max(bank.at(p)))
     }
 
@@ -149,51 +151,51 @@ impl Base {
 
     /// The base for one object. If it is the ground of the whole scan, its level is at least as
     /// uncertain as the ground around this object deviates from it.
-    pub(crate) fn held_against(self, center_m: [f64; 2], ring: &[[f64; 3]]) -> Self {
-        if self.kind != Kind::Ground || ring.len() < FEWEST {
+    pub(crate) fn held_against(self, center_m: [f64; 2], annulus: &[[f64; 3]]) -> Self {
+        if self.kind != Kind::Ground || annulus.len() < FEWEST {
             return self;
         }
-        let local = about(center_m, ring);
-        let off: Vec<f64> = ring.iter().map(|p| p[2] - self.at([p[0], p[1]])).collect();
+        let local = about(center_m, annulus);
+        let off: Vec<f64> = annulus.iter().map(|p| p[2] - self.at([p[0], p[1]])).collect();
         let levels = Sectors::of(&local).medians(&off).iter().map(|level| level.abs()).collect();
         Self { u_level_m: self.u_level_m.max(median(levels)), ..self }
     }
 
     fn plane_at(&self, [x, y]: [f64; 2]) -> f64 {
         let [cx, cy] = self.center_m;
-        let crease = self.crease.map_or(0.0, |crease| crease.at(x - cx, y - cy));
-        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + crease
+        let breakline = self.breakline.map_or(0.0, |breakline| breakline.at(x - cx, y - cy));
+        self.level_m + self.tilt[0] * (x - cx) + self.tilt[1] * (y - cy) + breakline
     }
 
-    /// Adds the harmonic interpolation over `patch` of how the annulus deviates from the plane.
+    /// Adds the harmonic interpolation over `window` of how the annulus deviates from the plane.
     /// Outliers are left out.
-    pub(crate) fn with_film(mut self, patch: &Grid, ring: &[[f64; 3]]) -> Self {
+    pub(crate) fn with_harmonic(mut self, window: &Grid, annulus: &[[f64; 3]]) -> Self {
         let off = |p: &[f64; 3]| [p[0], p[1], p[2] - self.plane_at([p[0], p[1]])];
         let stray = REACH * self.wander_m;
-        let left: Vec<_> = ring.iter().map(off).filter(|p| p[2].abs() <= stray).collect();
-        let size = [patch.columns, patch.rows].map(|n| n as f64 * patch.cell_m);
-        self.film = Some(Film::stretched(patch.origin_m, size, patch.cell_m, &left));
+        let left: Vec<_> = annulus.iter().map(off).filter(|p| p[2].abs() <= stray).collect();
+        let size = [window.columns, window.rows].map(|n| n as f64 * window.cell_m);
+        self.harmonic = Some(Harmonic::stretched(window.origin_m, size, window.cell_m, &left));
         self
     }
 
     /// The base under a footprint, from block kriging of the `ground` around it.
-    pub(crate) fn with_waves(self, ground: &[[f64; 3]], footprint: &Footprint) -> Self {
-        let nodes = Nodes::of(&uncreased(self.crease, about(self.center_m, ground)));
+    pub(crate) fn with_kriging(self, ground: &[[f64; 3]], footprint: &Footprint) -> Self {
+        let nodes = Nodes::of(&without_breakline(self.breakline, about(self.center_m, ground)));
         let points = nodes.points();
         let sectors = Sectors::of(&points);
         let Some(plane) = robust_plane(&points, &sectors, self.kind) else { return self };
         let off = residuals(&points, &plane);
         let reach = REACH * wander(&off, &sectors);
         let nodes = nodes.kept(|i| off[i].abs() <= reach);
-        let line = self.crease.map(|crease| crease.line);
-        let waves = Waves::new(&nodes, footprint, self.kind == Kind::Ring, line);
+        let line = self.breakline.map(|breakline| breakline.line);
+        let waves = Kriging::new(&nodes, footprint, self.kind == Kind::Annulus, line);
         let Some(expected) = waves.expected() else { return self };
         let base = Self {
             level_m: expected.level_m,
             tilt: expected.tilt,
-            crease: self.crease.map(|crease| crease.raised(expected.rises)),
+            breakline: self.breakline.map(|breakline| breakline.raised(expected.rises)),
             u_level_m: expected.u_mean_m,
-            film: Some(expected.film.moved(self.center_m)),
+            harmonic: Some(expected.harmonic.moved(self.center_m)),
             ..self
         };
         // The noise is what the kriging does not explain.
@@ -201,19 +203,19 @@ impl Base {
         Self { noise_m: scale(off).min(base.noise_m), ..base }
     }
 
-    /// The plane through the annulus `ring` of cells (x, y, height) of width `cell_m`, with the
+    /// The plane through the cells `annulus` (x, y, height) of width `cell_m`, with the
     /// breakline that it shows; outliers have no weight. Kriging is not part of it yet.
     ///
     /// `None` where the annulus has too few cells.
-    pub(crate) fn around(center_m: [f64; 2], ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
-        if ring.len() < FEWEST {
+    pub(crate) fn around(center_m: [f64; 2], annulus: &[[f64; 3]], cell_m: f64) -> Option<Self> {
+        if annulus.len() < FEWEST {
             return None;
         }
-        let local = about(center_m, ring);
+        let local = about(center_m, annulus);
         let sectors = Sectors::of(&local);
-        let kind = if sectors.widest_gap() < ONE_SIDE { Kind::Ring } else { Kind::RingLevel };
-        let crease = if kind == Kind::Ring { Crease::found(&local, cell_m) } else { None };
-        let local = uncreased(crease, local);
+        let kind = if sectors.widest_gap() < ONE_SIDE { Kind::Annulus } else { Kind::AnnulusLevel };
+        let breakline = if kind == Kind::Annulus { Breakline::found(&local, cell_m) } else { None };
+        let local = without_breakline(breakline, local);
         let plane = robust_plane(&local, &sectors, kind)?;
         let mut off = residuals(&local, &plane);
         let noise_m = scale(off.iter().copied());
@@ -229,9 +231,9 @@ impl Base {
             noise_m,
             u_level_m: spread / (to_f64(levels.len()) / CORRELATED).sqrt(),
             kind,
-            crease,
+            breakline,
             wander_m,
-            film: None,
+            harmonic: None,
             surface: None,
             bank: None,
         })
@@ -244,9 +246,9 @@ fn about(center_m: [f64; 2], cells: &[[f64; 3]]) -> Vec<[f64; 3]> {
 }
 
 /// The heights relative to the breakline, if there is one.
-fn uncreased(crease: Option<Crease>, mut local: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
-    if let Some(crease) = crease {
-        local.iter_mut().for_each(|p| p[2] -= crease.at(p[0], p[1]));
+fn without_breakline(breakline: Option<Breakline>, mut local: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    if let Some(breakline) = breakline {
+        local.iter_mut().for_each(|p| p[2] -= breakline.at(p[0], p[1]));
     }
     local
 }
@@ -264,7 +266,7 @@ fn robust_plane(local: &[[f64; 3]], sectors: &Sectors, kind: Kind) -> Option<Vec
         let reach = REACH * wander(&off, sectors).max(f64::MIN_POSITIVE);
         let weigh = |r: &f64| (1.0 - (r / reach).powi(2)).max(0.0).powi(2);
         let weights = off.iter().zip(&even).map(|(r, even)| even * weigh(r));
-        plane = weighted_plane(local, weights, kind == Kind::Ring)?;
+        plane = weighted_plane(local, weights, kind == Kind::Annulus)?;
     }
     Some(plane)
 }
@@ -279,7 +281,7 @@ fn wander(off: &[f64], sectors: &Sectors) -> f64 {
 mod tests {
     use super::*;
 
-    fn ring(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
+    fn annulus(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
         let at = |i: i32| (f64::from(i) * 0.1, 2.0 + f64::from(i % 5) * 0.05);
         let on = |(angle, r): (f64, f64)| (5.0 + r * angle.cos(), 7.0 + r * angle.sin());
         (0..63 * 5).map(at).map(on).map(|(x, y)| [x, y, height(x, y)]).collect()
@@ -287,19 +289,19 @@ mod tests {
 
     #[test]
     fn a_sloping_floor_with_debris_is_found() {
-        let mut cells = ring(|x, y| 0.5 + 0.03 * x - 0.01 * y);
+        let mut cells = annulus(|x, y| 0.5 + 0.03 * x - 0.01 * y);
         cells.iter_mut().step_by(4).for_each(|c| c[2] += 0.4);
         let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
         assert!((base.at([5.0, 7.0]) - 0.58).abs() < 1e-9, "{base:?}");
         assert!((base.at([6.0, 9.0]) - (0.5 + 0.18 - 0.09)).abs() < 1e-9);
-        assert_eq!(base.kind, Kind::Ring);
+        assert_eq!(base.kind, Kind::Annulus);
     }
 
     #[test]
     fn a_ring_seen_on_one_side_keeps_the_grounds_tilt() {
-        let cells: Vec<_> = ring(|_, _| 0.25).into_iter().filter(|p| p[0] > 6.0).collect();
+        let cells: Vec<_> = annulus(|_, _| 0.25).into_iter().filter(|p| p[0] > 6.0).collect();
         let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
-        assert_eq!((base.kind, base.tilt, base.level_m), (Kind::RingLevel, [0.0; 2], 0.25));
+        assert_eq!((base.kind, base.tilt, base.level_m), (Kind::AnnulusLevel, [0.0; 2], 0.25));
         assert_eq!(Base::around([5.0, 7.0], &cells[..5], 0.1), None);
     }
 }

@@ -3,7 +3,7 @@
 
 use super::base::Base;
 use super::gaps::Filled;
-use super::patch::{Patch, Zone};
+use super::window::{Window, Zone};
 use crate::connectivity::FOUR;
 use crate::hypotenuse::Hypotenuse;
 
@@ -61,24 +61,24 @@ impl Budget {
         ]
     }
 
-    /// The budget of the object in `patch`, whose heights above the base are `gaps.above_m`. The
+    /// The budget of the object in `window`, whose heights above the base are `gaps.above_m`. The
     /// toe is `steps` cells wide.
-    pub(crate) fn of(patch: &Patch, base: &Base, gaps: &Filled, steps: u32) -> Self {
+    pub(crate) fn of(window: &Window, base: &Base, gaps: &Filled, steps: u32) -> Self {
         let filled = &gaps.above_m;
-        let area = patch.grid.cell_m * patch.grid.cell_m;
-        let held: Vec<usize> = patch.held().collect();
-        let share = |cell: usize| patch.counted(cell).share;
+        let area = window.grid.cell_m * window.grid.cell_m;
+        let held: Vec<usize> = window.held().collect();
+        let share = |cell: usize| window.counted(cell).share;
         let sum = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |a, b| a + b) * area;
         let cells: f64 = held.iter().map(|&c| share(c)).sum();
         let squares: f64 = held.iter().map(|&c| share(c) * share(c)).sum();
-        let unknown = held.iter().map(|&c| share(c) * base.u_unknown_m(patch.grid.center(c)));
+        let unknown = held.iter().map(|&c| share(c) * base.u_unknown_m(window.grid.center(c)));
         // The toe's volume divided by its width in cells is what one more cell of toe would hold.
-        let toe = patch.cells(Zone::Toe).filter(|&c| !patch.walls[c]);
+        let toe = window.cells(Zone::Toe).filter(|&c| !window.walls[c]);
         let toe_m3 = sum(&mut toe.map(|c| filled[c]));
-        let walled_m3 = sum(&mut held.iter().map(|&c| patch.counted(c).u_share * filled[c]));
+        let walled_m3 = sum(&mut held.iter().map(|&c| window.counted(c).u_share * filled[c]));
         let volume_m3 = sum(&mut held.iter().map(|&c| share(c) * filled[c]));
-        let rise_m2 = sum(&mut held.iter().map(|&c| share(c) * slope(patch, filled, c)));
-        let curvature = held.iter().map(|&c| share(c) * laplacian(patch, filled, c));
+        let rise_m2 = sum(&mut held.iter().map(|&c| share(c) * slope(window, filled, c)));
+        let curvature = held.iter().map(|&c| share(c) * laplacian(window, filled, c));
         Self {
             noise_m3: squares.sqrt() * area * base.noise_m,
             registration_m3: COMMON * base.noise_m * (cells * area).hypotenuse(rise_m2),
@@ -92,15 +92,15 @@ impl Budget {
 }
 
 /// Slope around a cell, as rise over run: root of the summed mean squares along x and y.
-fn slope(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
-    let around = patch.grid.neighbors(cell, &FOUR);
+fn slope(window: &Window, filled: &[f64], cell: usize) -> f64 {
+    let around = window.grid.neighbors(cell, &FOUR);
     let squares = around.map(|n| (filled[n] - filled[cell]).powi(2)).filter(|d| !d.is_nan());
     let (count, sum) = squares.fold((0.0, 0.0), |(count, sum), d| (count + 1.0, sum + d));
-    (2.0 * sum / f64::max(count, 1.0)).sqrt() / patch.grid.cell_m
+    (2.0 * sum / f64::max(count, 1.0)).sqrt() / window.grid.cell_m
 }
 
 /// Sum of the second differences around a cell, in m. The midpoint rule's error is 1/24 of it.
-fn laplacian(patch: &Patch, filled: &[f64], cell: usize) -> f64 {
-    let around = patch.grid.neighbors(cell, &FOUR);
+fn laplacian(window: &Window, filled: &[f64], cell: usize) -> f64 {
+    let around = window.grid.neighbors(cell, &FOUR);
     around.map(|n| filled[n] - filled[cell]).filter(|d| !d.is_nan()).sum()
 }

@@ -6,8 +6,8 @@
 //! in m.
 
 use super::axis::{dot, main_axis};
-use super::patch::{Patch, Zone};
-use super::territory::Territory;
+use super::nearest_label::NearestLabel;
+use super::window::{Window, Zone};
 use crate::connectivity::EIGHT;
 use crate::connectivity::components;
 use crate::count::to_f64;
@@ -39,27 +39,27 @@ pub(super) struct Buried {
 }
 
 /// The cells below which walls continue.
-pub(super) fn buried(patch: &Patch) -> Vec<Buried> {
-    let walls = walls_near(patch);
+pub(super) fn buried(window: &Window) -> Vec<Buried> {
+    let walls = walls_near(window);
     let pairs = (0..walls.len()).flat_map(|i| (0..i).map(move |k| (i, k)));
-    let joined = pairs.flat_map(|(i, k)| between(patch, &walls[i], &walls[k]));
-    let all = walls.iter().flat_map(|wall| below(patch, wall, wall.ends));
+    let joined = pairs.flat_map(|(i, k)| between(window, &walls[i], &walls[k]));
+    let all = walls.iter().flat_map(|wall| below(window, wall, wall.ends));
     all.chain(joined).collect()
 }
 
 /// The straight walls within [`NEAR`] cells of an object.
-fn walls_near(patch: &Patch) -> Vec<Wall> {
-    let is_wall = |cell: usize| !patch.wall_tops_m[cell].is_nan();
-    if !(0..patch.zones.len()).any(is_wall) {
+fn walls_near(window: &Window) -> Vec<Wall> {
+    let is_wall = |cell: usize| !window.wall_tops_m[cell].is_nan();
+    if !(0..window.zones.len()).any(is_wall) {
         return Vec::new();
     }
     let core = |zone: &Zone| if *zone == Zone::Core { 0 } else { -1 };
-    let labels: Vec<i32> = patch.zones.iter().map(core).collect();
-    let near = Territory::grow(&patch.grid, &labels, |_| true, NEAR).owner;
+    let labels: Vec<i32> = window.zones.iter().map(core).collect();
+    let near = NearestLabel::grow(&window.grid, &labels, |_| true, NEAR).owner;
     let cells = (0..near.len()).map(|cell| near[cell] == 0 && is_wall(cell)).collect();
-    let pieces = components(&patch.grid, cells, &EIGHT);
-    let walls = pieces.iter().filter_map(|piece| Wall::of(patch, piece));
-    walls.filter(|wall| wall.is_straight(patch.grid.cell_m)).collect()
+    let pieces = components(&window.grid, cells, &EIGHT);
+    let walls = pieces.iter().filter_map(|piece| Wall::of(window, piece));
+    walls.filter(|wall| wall.is_straight(window.grid.cell_m)).collect()
 }
 
 /// A straight piece of wall in plan.
@@ -74,10 +74,10 @@ struct Wall {
 }
 
 impl Wall {
-    fn of(patch: &Patch, cells: &[usize]) -> Option<Self> {
-        let places = cells.iter().map(|&cell| patch.grid.center(cell)).collect();
-        let tops = cells.iter().map(|&cell| patch.wall_tops_m[cell]).collect();
-        Self::through(places, median(tops), patch.grid.cell_m)
+    fn of(window: &Window, cells: &[usize]) -> Option<Self> {
+        let places = cells.iter().map(|&cell| window.grid.center(cell)).collect();
+        let tops = cells.iter().map(|&cell| window.wall_tops_m[cell]).collect();
+        Self::through(places, median(tops), window.grid.cell_m)
     }
 
     fn through(places: Vec<[f64; 2]>, top_m: f64, cell_m: f64) -> Option<Self> {
@@ -126,44 +126,44 @@ impl Wall {
 
 /// The cells of an object below which two walls continue: up to the corner where they cross, or
 /// from one to the other where they lie on one line.
-fn between(patch: &Patch, a: &Wall, b: &Wall) -> Vec<Buried> {
+fn between(window: &Window, a: &Wall, b: &Wall) -> Vec<Buried> {
     let width_m = 0.5 * (a.width_m + b.width_m);
     let turn = (a.along[0] * b.along[1] - a.along[1] * b.along[0]).abs();
     if turn > TURN {
-        let Some(corner) = crossing(a, b).filter(|p| is_core(patch, *p)) else {
+        let Some(corner) = crossing(a, b).filter(|p| is_core(window, *p)) else {
             return Vec::new();
         };
-        let to = |wall: &Wall| below(patch, wall, wall.up_to(corner, 0.5 * width_m));
+        let to = |wall: &Wall| below(window, wall, wall.up_to(corner, 0.5 * width_m));
         return [to(a), to(b)].concat();
     }
     let places = a.places.iter().chain(&b.places).copied().collect();
     let top_m = 0.5 * (a.top_m + b.top_m);
-    let Some(whole) = Wall::through(places, top_m, patch.grid.cell_m) else { return Vec::new() };
-    if whole.width_m > a.width_m.max(b.width_m) + patch.grid.cell_m {
+    let Some(whole) = Wall::through(places, top_m, window.grid.cell_m) else { return Vec::new() };
+    if whole.width_m > a.width_m.max(b.width_m) + window.grid.cell_m {
         return Vec::new();
     }
-    below(patch, &whole, whole.ends)
+    below(window, &whole, whole.ends)
 }
 
 /// The cells of an object that cover a stretch of a wall, given in m along it.
-fn below(patch: &Patch, wall: &Wall, [from, to]: [f64; 2]) -> Vec<Buried> {
-    let cell_m = patch.grid.cell_m;
+fn below(window: &Window, wall: &Wall, [from, to]: [f64; 2]) -> Vec<Buried> {
+    let cell_m = window.grid.cell_m;
     let least_m = wall.top_m - LOWER * cell_m;
     let is_below = |&cell: &usize| {
-        let p = patch.grid.center(cell);
+        let p = window.grid.center(cell);
         let is_inside = wall.off(p) < 0.5 * wall.width_m && (from..to).contains(&wall.at(p));
-        is_inside && patch.zones[cell] == Zone::Core && patch.heights_m[cell] > least_m
+        is_inside && window.zones[cell] == Zone::Core && window.heights_m[cell] > least_m
     };
     let buried = |cell: usize| Buried {
         cell,
-        top_m: wall.top_m.min(patch.heights_m[cell]),
+        top_m: wall.top_m.min(window.heights_m[cell]),
         u_share: SIDES * cell_m / wall.width_m,
     };
-    (0..patch.zones.len()).filter(is_below).map(buried).collect()
+    (0..window.zones.len()).filter(is_below).map(buried).collect()
 }
 
-fn is_core(patch: &Patch, p: [f64; 2]) -> bool {
-    patch.grid.holds(&[p[0], p[1], 0.0]) && patch.zones[patch.grid.cell(&p)] == Zone::Core
+fn is_core(window: &Window, p: [f64; 2]) -> bool {
+    window.grid.holds(&[p[0], p[1], 0.0]) && window.zones[window.grid.cell(&p)] == Zone::Core
 }
 
 /// The crossing of the lines along two walls.

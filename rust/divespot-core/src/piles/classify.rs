@@ -3,12 +3,12 @@
 //! Poured material runs out to the ground, so the rim of a pile is low and its sides are not steep.
 //!
 //! These rules judge an object by itself. What takes other objects, or the points off the surface,
-//! to tell is judged afterwards: `clear`, `floating`, `shadow`, `things`.
+//! to tell is judged afterwards: `detection_limit`, `floating`, `occlusion_edge`, `things`.
 
 use super::base::{Base, Kind};
-use super::patch::{Patch, Zone};
 use super::reason::Reason;
 use super::wall;
+use super::window::{Window, Zone};
 use crate::count::to_f64;
 use crate::material::NEVER_STEEPER;
 
@@ -27,8 +27,11 @@ const LEAST_SEEN: f64 = 0.4;
 /// A pile fills the view if more than this share of its toe lies beyond the scan. Chosen: half.
 const FILLS_VIEW: f64 = 0.5;
 
+/// A reason, and whether the evidence speaks for it.
+type Rule = (Reason, fn(&Evidence<'_>) -> bool);
+
 /// The reasons, in the order in which they are given.
-const RULES: [(Reason, fn(&Evidence<'_>) -> bool); 4] = [
+const RULES: [Rule; 4] = [
     (Reason::Thin, |evidence| evidence.shape.is_thin()),
     (Reason::SteepSides, |evidence| evidence.shape.is_steep()),
     (Reason::TooLittleSeen, |evidence| evidence.seen_fraction < LEAST_SEEN),
@@ -55,14 +58,14 @@ impl Evidence<'_> {
     /// Whether the pile fills the view: it runs out of the scan on most sides, and the little ground
     /// that was seen may not be typical of the rest.
     fn fills_view(&self) -> bool {
-        let is_unknown = |base: &Base| matches!(base.kind, Kind::RingLevel | Kind::Ground);
+        let is_unknown = |base: &Base| matches!(base.kind, Kind::AnnulusLevel | Kind::Ground);
         self.own_base.is_some_and(is_unknown) && self.beyond_edge > FILLS_VIEW
     }
 }
 
 /// The part of an object that stands clear of the ground, without its toe and its hidden flanks.
 pub(crate) struct Shape<'a> {
-    pub(crate) patch: &'a Patch,
+    pub(crate) window: &'a Window,
     /// Height of each cell above the ground around the object, NaN where nothing was seen.
     pub(crate) above_m: Vec<f64>,
     /// Within this the ground lies.
@@ -76,7 +79,7 @@ impl Shape<'_> {
     }
 
     fn is_thin(&self) -> bool {
-        self.patch.rim().count() == self.patch.cells(Zone::Core).count()
+        self.window.rim().count() == self.window.cells(Zone::Core).count()
     }
 
     /// Whether it is steeper than bulk material lies. A pile is no higher than 60° over the radius of
@@ -88,26 +91,26 @@ impl Shape<'_> {
             return true;
         }
         let low_m = (LOW * top_m).max(2.0 * self.margin_m);
-        let tells = |&cell: &usize| self.sees_outside(cell) && !wall::is_beside(self.patch, cell);
-        let rim: Vec<usize> = self.patch.rim().filter(tells).collect();
+        let tells = |&cell: &usize| self.sees_outside(cell) && !wall::is_beside(self.window, cell);
+        let rim: Vec<usize> = self.window.rim().filter(tells).collect();
         let high = rim.iter().filter(|&&cell| self.above_m[cell] > low_m).count();
         to_f64(high) > HIGH_SHARE * to_f64(rim.len())
     }
 
     /// Whether the surface was seen just beyond a rim cell; if not, the object may continue there.
     fn sees_outside(&self, cell: usize) -> bool {
-        let outside = |n: usize| self.patch.zones[n] != Zone::Core && !self.above_m[n].is_nan();
-        self.patch.around(cell, 2).any(outside)
+        let outside = |n: usize| self.window.zones[n] != Zone::Core && !self.above_m[n].is_nan();
+        self.window.around(cell, 2).any(outside)
     }
 
     /// The radius of a disc with the core's area, in m.
     fn radius_m(&self) -> f64 {
-        let cells = to_f64(self.patch.cells(Zone::Core).count());
-        (cells / std::f64::consts::PI).sqrt() * self.patch.grid.cell_m
+        let cells = to_f64(self.window.cells(Zone::Core).count());
+        (cells / std::f64::consts::PI).sqrt() * self.window.grid.cell_m
     }
 
     fn top_m(&self) -> f64 {
-        let core = self.patch.cells(Zone::Core).map(|cell| self.above_m[cell]);
+        let core = self.window.cells(Zone::Core).map(|cell| self.above_m[cell]);
         let mut heights: Vec<f64> = core.filter(|h| !h.is_nan()).collect();
         let index = (TOP * to_f64(heights.len())) as usize;
         if index >= heights.len() {

@@ -4,8 +4,8 @@
 //! of points over that of the whole cells around it; its standard uncertainty is that of a Poisson
 //! count.
 
-use super::part::Part;
-use super::patch::Patch;
+use super::coverage::Coverage;
+use super::window::Window;
 use crate::count::to_f64;
 
 /// Whole cells are looked for within this many columns and rows. Chosen.
@@ -13,27 +13,28 @@ const NEAR: usize = 3;
 
 /// Counts every cell at the scan's edge by its share of the points in whole cells around it;
 /// `count` gives the points of the cell at a place.
-pub(crate) fn count_what_was_seen(patch: &mut Patch, count: impl Fn([f64; 2]) -> u32) {
+pub(crate) fn count_what_was_seen(window: &mut Window, count: impl Fn([f64; 2]) -> u32) {
     let counts: Vec<f64> =
-        (0..patch.zones.len()).map(|cell| f64::from(count(patch.grid.center(cell)))).collect();
-    let ends = |cell: usize| patch.border[cell] || patch.around(cell, 1).any(|n| patch.beyond[n]);
-    let walled = |cell: usize| patch.around(cell, NEAR).any(|n| patch.walls[n]);
+        (0..window.zones.len()).map(|cell| f64::from(count(window.grid.center(cell)))).collect();
+    let ends =
+        |cell: usize| window.border[cell] || window.around(cell, 1).any(|n| window.off_scan[n]);
+    let walled = |cell: usize| window.around(cell, NEAR).any(|n| window.walls[n]);
     let whole: Vec<bool> =
-        (0..counts.len()).map(|cell| !ends(cell) && !patch.heights_m[cell].is_nan()).collect();
+        (0..counts.len()).map(|cell| !ends(cell) && !window.heights_m[cell].is_nan()).collect();
     let share = |cell: usize| {
-        let near = patch.around(cell, NEAR).filter(|&n| whole[n]).map(|n| counts[n]);
+        let near = window.around(cell, NEAR).filter(|&n| whole[n]).map(|n| counts[n]);
         let (sum, cells) = near.fold((0.0, 0.0), |(sum, cells), c| (sum + c, cells + 1.0));
         (sum > cells).then_some((cell, (counts[cell] * cells / sum).min(1.0), sum / cells))
     };
-    let edge: Vec<(usize, f64, f64)> = patch
+    let edge: Vec<(usize, f64, f64)> = window
         .held()
-        .filter(|&cell| ends(cell) && !walled(cell) && !patch.heights_m[cell].is_nan())
+        .filter(|&cell| ends(cell) && !walled(cell) && !window.heights_m[cell].is_nan())
         .filter_map(share)
         .collect();
     // The counts are independent: over n cells their standard uncertainty falls with √n.
     let independent = to_f64(edge.len()).sqrt();
     for (cell, share, typical) in edge {
         let u_share = (share / typical).sqrt() / independent;
-        patch.count_part(cell, Part { share, u_share, off_m: [0.0; 2] });
+        window.count_part(cell, Coverage { share, u_share, off_m: [0.0; 2] });
     }
 }

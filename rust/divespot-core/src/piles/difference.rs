@@ -10,22 +10,22 @@ use super::earlier::noise;
 use super::face::continued_to_faces;
 use super::faces::Faces;
 use super::found::Found;
-use super::object::{Object, above_base, object};
-use super::patch::{Patch, Reach};
+use super::nearest_label::NearestLabel;
+use super::object::{Object, above_base, object_of};
 use super::reason::Reason;
 use super::scene::Scene;
 use super::settings::Settings;
 use super::surface::Surface;
-use super::territory::Territory;
-use super::{cut, gaps, valley, wall};
+use super::window::{Reach, Window};
+use super::{cut, gaps, wall, watershed};
 use crate::Point;
-use crate::connectivity::NOBODY;
+use crate::components::label_components;
+use crate::connectivity::UNLABELLED;
 use crate::connectivity::flood;
 use crate::error::{Error, Result};
 use crate::extent;
 use crate::heightmap::{Grid, Volume};
 use crate::hypotenuse::Hypotenuse;
-use crate::pieces::pieces;
 
 /// Detection limit of a cell, in standard deviations of the mean over the cell and its neighbours.
 /// Chosen on the scenes of `divespot evaluate`.
@@ -117,12 +117,13 @@ pub fn measure_difference(
         }
         None => None,
     };
-    let mut labels = pieces(grid, &gain.risen(), 0, settings.fewest_cells);
+    let mut labels = label_components(grid, &gain.risen(), 0, settings.fewest_cells);
     let gained = labels.iter().max().map_or(0, |most| most + 1);
     if let Some((loss, _)) = &loss {
-        let lost = pieces(grid, &loss.risen(), 0, settings.fewest_cells);
-        for (label, lost) in labels.iter_mut().zip(lost).filter(|(label, _)| **label == NOBODY) {
-            *label = if lost == NOBODY { NOBODY } else { lost + gained };
+        let lost = label_components(grid, &loss.risen(), 0, settings.fewest_cells);
+        for (label, lost) in labels.iter_mut().zip(lost).filter(|(label, _)| **label == UNLABELLED)
+        {
+            *label = if lost == UNLABELLED { UNLABELLED } else { lost + gained };
         }
     }
     let mut objects = gain.measured(&labels, |label| label < gained, settings);
@@ -173,12 +174,12 @@ impl<'a> Rise<'a> {
         faces.walls.is.iter_mut().zip(&level.walls.is).for_each(|(is, other)| *is |= *other);
         (0..grid.len()).filter(|&c| faces.walls.is[c]).for_each(|c| heights_m[c] = f64::NAN);
         let outside = flood(grid, |cell| heights_m[cell].is_nan() && !faces.walls.is[cell]);
-        let hull = extent::beyond(grid, &heights_m);
+        let hull = extent::off_scan_cells(grid, &heights_m);
         let unseen = |cell: usize| heights_m[cell].is_nan() && outside[cell];
-        let beyond = (0..grid.len()).map(|cell| hull[cell] || unseen(cell)).collect();
+        let off_scan = (0..grid.len()).map(|cell| hull[cell] || unseen(cell)).collect();
         let base = lower.flattened(noise(grid, &heights_m, upper.independent()));
         let banks = vec![false; grid.len()];
-        Self { scene: Scene { grid, heights_m, beyond, faces, banks }, upper, base }
+        Self { scene: Scene { grid, heights_m, off_scan, faces, banks }, upper, base }
     }
 
     /// The cells above their detection limit, as one object.
@@ -191,7 +192,7 @@ impl<'a> Rise<'a> {
             let limit_m = CLEAR * (self.base.noise_m / f64::sqrt(count)).hypotenuse(u_unknown_m);
             !heights_m[cell].is_nan() && sum / count > limit_m.max(EDGE * grid.cell_m)
         };
-        (0..grid.len()).map(|cell| if rises(cell) { 0 } else { NOBODY }).collect()
+        (0..grid.len()).map(|cell| if rises(cell) { 0 } else { UNLABELLED }).collect()
     }
 
     fn measured(
@@ -202,23 +203,23 @@ impl<'a> Rise<'a> {
     ) -> Vec<Object> {
         let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
         let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
-        let territory = Territory::grow(self.scene.grid, labels, |_| true, farthest);
-        let patches = Patch::all(&self.scene, labels, &territory, &reach);
-        let own = patches.into_iter().filter(|(label, _)| is_own(*label));
-        own.flat_map(|(label, patch)| self.objects(label, patch, settings)).collect()
+        let nearest = NearestLabel::grow(self.scene.grid, labels, |_| true, farthest);
+        let windows = Window::all(&self.scene, labels, &nearest, &reach);
+        let own = windows.into_iter().filter(|(label, _)| is_own(*label));
+        own.flat_map(|(label, window)| self.objects(label, window, settings)).collect()
     }
 
     /// The objects of one connected component: clipped at walls, and parted by the watershed.
-    fn objects(&self, label: i32, patch: Patch, settings: &Settings) -> Vec<Object> {
-        let patch = wall::up_to_walls(patch, &self.base);
-        let mut patch = continued_to_faces(patch, &self.scene, &self.base, settings.margin_m);
+    fn objects(&self, label: i32, window: Window, settings: &Settings) -> Vec<Object> {
+        let window = wall::up_to_walls(window, &self.base);
+        let mut window = continued_to_faces(window, &self.scene, &self.base, settings.margin_m);
         let count = |center: [f64; 2]| self.upper.counts[self.scene.grid.cell(&center)];
-        cut::count_what_was_seen(&mut patch, count);
-        let above_m = gaps::heights(&patch, &above_base(&patch, &self.base));
+        cut::count_what_was_seen(&mut window, count);
+        let above_m = gaps::heights(&window, &above_base(&window, &self.base));
         let settings =
             Settings { base: Some(self.base.clone()), compared: vec![], ..settings.clone() };
-        let Some(mut parts) = valley::parts(&patch, &above_m, settings.margin_m) else {
-            return vec![self.object(label, &patch, &settings)];
+        let Some(mut parts) = watershed::parts(&window, &above_m, settings.margin_m) else {
+            return vec![self.object(label, &window, &settings)];
         };
         let count = parts.iter().flatten().max().map_or(0, |most| most + 1);
         for k in 1..count {
@@ -227,14 +228,14 @@ impl<'a> Rise<'a> {
             }
         }
         let whole = (0..count).filter(|&k| parts.contains(&Some(k)));
-        let part = |k: usize| patch.part(|p| parts[patch.grid.cell(&p)] == Some(k));
+        let part = |k: usize| window.part(|p| parts[window.grid.cell(&p)] == Some(k));
         whole.map(|k| self.object(label, &part(k), &settings)).collect()
     }
 
     /// An object of any shape is a change. Only its detection limit and too little seen surface
     /// speak against it.
-    fn object(&self, label: i32, patch: &Patch, settings: &Settings) -> Object {
-        let object = object(label, patch, patch, settings);
+    fn object(&self, label: i32, window: &Window, settings: &Settings) -> Object {
+        let object = object_of(label, window, window, settings);
         let is_clear = object.volume.net_m3() > DETECTED * object.budget.combined_m3();
         let reason = match object.reason {
             Some(Reason::TooLittleSeen) => Some(Reason::TooLittleSeen),
@@ -246,7 +247,7 @@ impl<'a> Rise<'a> {
 }
 
 fn standing(grid: &Grid, loose: Vec<Point>) -> Found<'static> {
-    Found { loose, ..Found::on_all_else(vec![NOBODY; grid.len()]) }
+    Found { loose, ..Found::on_all_else(vec![UNLABELLED; grid.len()]) }
 }
 
 /// Raises an object, measured above `lower` at height 0, to its true height; it stands on `base`.

@@ -9,7 +9,7 @@ use super::found::Found;
 use super::scene::Scene;
 use super::standing::GAP;
 use crate::connectivity::components_joined;
-use crate::connectivity::{FOUR, NOBODY};
+use crate::connectivity::{FOUR, UNLABELLED};
 use crate::count::to_f64;
 
 /// Share of the perimeter of a square as large as the object, along which it must border on ground
@@ -37,7 +37,7 @@ impl Divided {
             return Self { labels: labels.clone(), first_apart };
         }
         let mut labels = without_feet(scene, labels.clone());
-        let free = labels.iter().zip(walls).map(|(&label, wall)| label != NOBODY && !wall);
+        let free = labels.iter().zip(walls).map(|(&label, wall)| label != UNLABELLED && !wall);
         let parts = components_joined(grid, free.collect(), &FOUR, |a, b| labels[a] == labels[b]);
         let seen = largest_seen(scene, &parts);
         let mut largest = BTreeMap::new();
@@ -49,13 +49,15 @@ impl Divided {
         for (part, seen) in parts.iter().zip(&seen) {
             let most = largest[&labels[part[0]]];
             if to_f64(seen.len()) < CRUMB * to_f64(most) {
-                part.iter().for_each(|&cell| labels[cell] = NOBODY);
+                part.iter().for_each(|&cell| labels[cell] = UNLABELLED);
             } else if is_apart(scene, found, seen) {
                 part.iter().for_each(|&cell| labels[cell] = next);
                 next += 1;
             }
         }
-        (0..labels.len()).filter(|&cell| retaining[cell]).for_each(|cell| labels[cell] = NOBODY);
+        (0..labels.len())
+            .filter(|&cell| retaining[cell])
+            .for_each(|cell| labels[cell] = UNLABELLED);
         Self { labels, first_apart }
     }
 }
@@ -94,11 +96,11 @@ fn is_apart(scene: &Scene<'_>, found: &Found, seen: &[usize]) -> bool {
 fn without_feet(scene: &Scene<'_>, mut labels: Vec<i32>) -> Vec<i32> {
     let (grid, retaining) = (scene.grid, &scene.faces.walls.retaining);
     let beside =
-        |cell: usize| labels[cell] != NOBODY && grid.around(cell, GAP).any(|n| retaining[n]);
+        |cell: usize| labels[cell] != UNLABELLED && grid.around(cell, GAP).any(|n| retaining[n]);
     let own = |cell: usize, n: usize| labels[n] == labels[cell] && !scene.heights_m[n].is_nan();
     let full = |cell: usize| grid.around(cell, 1).all(|n| own(cell, n));
     let thin = |cell: &usize| beside(*cell) && !grid.around(*cell, 1).any(full);
     let feet: Vec<usize> = (0..labels.len()).filter(thin).collect();
-    feet.into_iter().for_each(|cell| labels[cell] = NOBODY);
+    feet.into_iter().for_each(|cell| labels[cell] = UNLABELLED);
     labels
 }

@@ -38,10 +38,10 @@ impl Surface {
             needed: FEWEST,
         })?;
         let u_unknown_m = plane.noise_m;
-        let film = plane.with_film(&grid, &seen);
+        let harmonic = plane.with_harmonic(&grid, &seen);
         let known: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
         for (cell, height) in heights_m.iter_mut().enumerate().filter(|(_, h)| h.is_nan()) {
-            *height = film.at(grid.center(cell));
+            *height = harmonic.at(grid.center(cell));
         }
         Ok(Self { grid, heights_m, known, noise_m, u_unknown_m })
     }

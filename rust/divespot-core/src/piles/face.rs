@@ -6,12 +6,12 @@
 
 use super::axis::{dot, main_axis};
 use super::base::Base;
+use super::coverage::{Coverage, Ring, moments, part};
 use super::faces::BEYOND;
-use super::part::{Part, Ring, moments, part};
-use super::patch::{Patch, Zone};
 use super::scene::Scene;
 use super::standing::FEWEST;
 use super::wall;
+use super::window::{Window, Zone};
 use crate::Point;
 use crate::cancel::Polled;
 use crate::count::to_f64;
@@ -41,26 +41,26 @@ const LOWER: f64 = 0.5;
 ///
 /// It stays as it is where too few points show a face.
 pub(crate) fn continued_to_faces(
-    mut patch: Patch,
+    mut window: Window,
     scene: &Scene<'_>,
     base: &Base,
     margin_m: f64,
-) -> Patch {
-    if !wall::leans(&patch) {
-        return patch;
+) -> Window {
+    if !wall::leans(&window) {
+        return window;
     }
-    let near = NearWalls::of(&patch, scene, base, margin_m);
+    let near = NearWalls::of(&window, scene, base, margin_m);
     let ends: Vec<(usize, End)> =
         near.before_walls().polled().filter_map(|cell| Some((cell, near.end(cell)?))).collect();
     for (cell, end) in ends {
-        end.mark(&mut patch, cell);
+        end.mark(&mut window, cell);
     }
-    patch
+    window
 }
 
 /// The surroundings of a pile's walls.
 struct NearWalls<'a> {
-    patch: &'a Patch,
+    window: &'a Window,
     scene: &'a Scene<'a>,
     base: &'a Base,
     /// Cells at which a face may stand.
@@ -75,49 +75,51 @@ struct NearWalls<'a> {
 /// The pile's part of a cell at a wall.
 struct End {
     height_m: f64,
-    part: Part,
+    part: Coverage,
 }
 
 impl End {
     /// The height is extrapolated past the face too, so that slopes before it are the pile's own.
-    fn mark(self, patch: &mut Patch, cell: usize) {
-        patch.heights_m[cell] = self.height_m;
-        patch.walls[cell] = true;
-        patch.zones[cell] = match patch.zones[cell] {
+    fn mark(self, window: &mut Window, cell: usize) {
+        window.heights_m[cell] = self.height_m;
+        window.walls[cell] = true;
+        window.zones[cell] = match window.zones[cell] {
             _ if self.part.share == 0.0 => Zone::Outside,
             Zone::Core => Zone::Core,
             _ => Zone::Toe,
         };
-        patch.count_part(cell, self.part);
+        window.count_part(cell, self.part);
     }
 }
 
 impl<'a> NearWalls<'a> {
-    fn of(patch: &'a Patch, scene: &'a Scene<'a>, base: &'a Base, margin_m: f64) -> Self {
+    fn of(window: &'a Window, scene: &'a Scene<'a>, base: &'a Base, margin_m: f64) -> Self {
         let near = |reach: usize| -> Vec<bool> {
-            (0..patch.zones.len()).map(|c| patch.around(c, reach).any(|n| patch.walls[n])).collect()
+            (0..window.zones.len())
+                .map(|c| window.around(c, reach).any(|n| window.walls[n]))
+                .collect()
         };
         let clean = |cell: usize| {
-            patch.zones[cell] == Zone::Core
-                && !patch.heights_m[cell].is_nan()
-                && !patch.walls[cell]
-                && !patch.mixed[cell]
+            window.zones[cell] == Zone::Core
+                && !window.heights_m[cell].is_nan()
+                && !window.walls[cell]
+                && !window.mixed[cell]
         };
-        let clean = (0..patch.zones.len()).map(clean).collect();
-        Self { patch, scene, base, near: near(BEYOND), beside: near(1), clean, margin_m }
+        let clean = (0..window.zones.len()).map(clean).collect();
+        Self { window, scene, base, near: near(BEYOND), beside: near(1), clean, margin_m }
     }
 
     /// Cells near the walls that are unseen or hold other points than the pile's, and cells beside
     /// walls, which may hold points of their faces only.
     fn before_walls(&self) -> impl Iterator<Item = usize> + '_ {
-        let beside = |cell: usize| self.patch.around(cell, BEYOND).any(|n| self.clean[n]);
+        let beside = |cell: usize| self.window.around(cell, BEYOND).any(|n| self.clean[n]);
         let at_wall = |&cell: &usize| !self.clean[cell] || self.beside[cell];
         (0..self.near.len()).filter(move |&c| self.near[c] && beside(c)).filter(at_wall)
     }
 
     fn end(&self, cell: usize) -> Option<End> {
         let surface = Surface::around(self, cell)?;
-        let grid = &self.patch.grid;
+        let grid = &self.window.grid;
         let top_m = self.top_m(cell);
         let face = Face::of(&self.above(&surface, cell, top_m), surface.from)?;
         if self.clean[cell] && face.spread_m > SHARP * grid.cell_m {
@@ -138,7 +140,7 @@ impl<'a> NearWalls<'a> {
         let is_cut = counted.share > 0.0 && counted.share < 1.0;
         let u_m = if leans { face.spread_m } else { face.spread_m.hypotenuse(ROUNDED * run_m) };
         let u_share = if is_cut { (u_m / grid.cell_m).min(1.0) } else { 0.0 };
-        Some(End { height_m, part: Part { u_share, ..counted } })
+        Some(End { height_m, part: Coverage { u_share, ..counted } })
     }
 
     /// Height of the highest point off the surface near a cell, in m.
@@ -148,8 +150,8 @@ impl<'a> NearWalls<'a> {
 
     fn over(&self, cell: usize, reach: usize) -> impl Iterator<Item = &Point> {
         let grid = &self.scene.grid;
-        let cells = self.patch.around(cell, reach);
-        cells.flat_map(|n| self.scene.faces.over(grid.cell(&self.patch.grid.center(n))))
+        let cells = self.window.around(cell, reach);
+        cells.flat_map(|n| self.scene.faces.over(grid.cell(&self.window.grid.center(n))))
     }
 
     /// Points around a cell above the pile's surface, in the lower part of the wall.
@@ -175,9 +177,9 @@ struct Surface {
 impl Surface {
     /// The plane through the pile's cells around `cell`; near cells have more weight.
     fn around(near: &NearWalls<'_>, cell: usize) -> Option<Self> {
-        let (patch, center_m) = (near.patch, near.patch.grid.center(cell));
-        let clean = patch.around(cell, SUPPORT).filter(|&n| near.clean[n] && !near.beside[n]);
-        let local = places_about(&patch.grid, &patch.heights_m, cell, clean);
+        let (window, center_m) = (near.window, near.window.grid.center(cell));
+        let clean = window.around(cell, SUPPORT).filter(|&n| near.clean[n] && !near.beside[n]);
+        let local = places_about(&window.grid, &window.heights_m, cell, clean);
         let plane = near_plane(&local)?;
         let mean = |k: usize| local.iter().map(|p| p[k]).sum::<f64>() / local.len() as f64;
         let from = [center_m[0] + mean(0), center_m[1] + mean(1)];

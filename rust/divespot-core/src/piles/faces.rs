@@ -4,7 +4,7 @@
 use super::found::Found;
 use super::standing::{GAP, Walls};
 use crate::Point;
-use crate::connectivity::NOBODY;
+use crate::connectivity::UNLABELLED;
 use crate::extent;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
@@ -37,7 +37,7 @@ impl Faces {
             .filter(|&cell| found.is_bank(cell))
             .filter(|&c| {
                 let at_face = grid.around(c, GAP).any(|n| walls.is[n]);
-                let beside = |n: usize| found.labels[n] != NOBODY && (at_face || rises(c, n));
+                let beside = |n: usize| found.labels[n] != UNLABELLED && (at_face || rises(c, n));
                 grid.around(c, 1).any(beside)
             })
             .collect();
@@ -54,17 +54,17 @@ impl Faces {
 
     /// The cells outside the convex hull of the seen surface. An occluded gap between the surface
     /// and a wall is not the end of the scan; an unseen part of a wall's top is.
-    pub(crate) fn beyond(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
+    pub(crate) fn off_scan(&self, grid: &Grid, heights_m: &[f64]) -> Vec<bool> {
         let known = |(&h, &stands): (&f64, &bool)| if h.is_nan() && stands { 0.0 } else { h };
         let all: Vec<f64> = heights_m.iter().zip(&self.walls.standing).map(known).collect();
-        let outside = extent::beyond(grid, &all);
+        let outside = extent::off_scan_cells(grid, &all);
         if !self.walls.standing.contains(&true) {
             return outside;
         }
         let unseen = |cell: usize| all[cell].is_nan() && !outside[cell] && !self.bars[cell];
         let wide = |cell: usize| grid.around(cell, GAP).filter(|&n| unseen(n)).count() == WIDE;
         let wide: Vec<bool> = (0..grid.len()).map(wide).collect();
-        let surface = extent::beyond(grid, heights_m);
+        let surface = extent::off_scan_cells(grid, heights_m);
         let is_beyond = |cell: usize| {
             outside[cell] || surface[cell] && !grid.around(cell, GAP).any(|n| wide[n])
         };

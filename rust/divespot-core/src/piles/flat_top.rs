@@ -161,7 +161,7 @@ mod tests {
     use crate::heightmap::height_map;
 
     /// A box of 2 m by 1.5 m by 0.8 m with points all over its sides and flying pixels beside one.
-    fn points() -> Vec<Point> {
+    fn points_of() -> Vec<Point> {
         let at = |i: i32| (f64::from(i) + 0.5) * CELL / 3.0;
         let plan = (0..384 * 288).map(|i| (at(i % 384), at(i / 384)));
         let inside = |x: f64, y: f64| (3.02..5.02).contains(&x) && (2.01..3.51).contains(&y);
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn sides_and_flying_pixels_do_not_widen_a_box() {
-        let points = points();
+        let points = points_of();
         let map = height_map(&points, CELL).unwrap();
         let labels: Vec<i32> =
             map.heights_m.iter().map(|&h| if h > 0.05 { 0 } else { -1 }).collect();

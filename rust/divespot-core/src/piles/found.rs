@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 use crate::Point;
-use crate::connectivity::{AXES, NOBODY};
+use crate::connectivity::{AXES, UNLABELLED};
 use crate::heightmap::Grid;
 
 /// A set of points: all, or those with a mark.
@@ -52,13 +52,13 @@ impl Found<'_> {
     /// Objects, with all other cells as ground.
     #[must_use]
     pub fn on_all_else(labels: Vec<i32>) -> Self {
-        let ground = labels.iter().map(|&label| label == NOBODY).collect();
+        let ground = labels.iter().map(|&label| label == UNLABELLED).collect();
         Self { labels, ground, surface: Marked::default(), loose: Vec::new(), apart: Vec::new() }
     }
 
     /// Whether a cell is part of a bank that leads to higher ground.
     pub(crate) fn is_bank(&self, cell: usize) -> bool {
-        !self.ground[cell] && self.labels[cell] == NOBODY
+        !self.ground[cell] && self.labels[cell] == UNLABELLED
     }
 
     /// The cells that a toe or an annulus of ground may lie in. Banks and faces, and one-cell gaps

@@ -1,12 +1,12 @@
 //! Heights of unseen cells of an object, in m, and the standard uncertainty of their volume, in m³.
 //!
 //! Method: harmonic interpolation across enclosed gaps; in an occlusion shadow the flank runs down
-//! at the pile's own angle of repose (`hidden`).
+//! at the pile's own angle of repose (`occluded_flank`).
 
-use super::hidden::{Edge, Flank, Rim, open, rims};
-use super::patch::{Patch, Zone};
+use super::occluded_flank::{Edge, Flank, Rim, open_cells, rims_of};
 use super::repose::Repose;
-use crate::film::{Node, relax};
+use super::window::{Window, Zone};
+use crate::harmonic::{Node, relax};
 use crate::hypotenuse::Hypotenuse;
 
 /// Standard deviation of a rectangular distribution, as a share of its half-width (GUM 4.3.7):
@@ -29,18 +29,18 @@ pub(crate) struct Filled {
 /// In the shadow behind the object its flank runs down at the angle of repose. A gap that it
 /// encloses, or one between its toe and the ground, is interpolated harmonically. Cells beyond the
 /// scan do not count.
-pub(crate) fn fill(patch: &Patch, above: &[f64]) -> Filled {
-    let gaps = gaps(patch, above);
+pub(crate) fn fill(window: &Window, above: &[f64]) -> Filled {
+    let gaps = gaps_of(window, above);
     if gaps.is_empty() {
         return Filled { above_m: above.to_vec(), u_m3: 0.0 };
     }
-    let hidden = Hidden::behind(patch, above);
-    let sight_m3 = hidden.below_sight_m3(patch);
-    let (filled, film) = closed(patch, above, gaps, &hidden);
+    let hidden = Hidden::behind(window, above);
+    let sight_m3 = hidden.below_sight_m3(window);
+    let (filled, harmonic) = closed(window, above, gaps, &hidden);
     // The surface lies between the harmonic interpolation and the lowest flank of the material.
-    let share = |cell: usize| patch.counted(cell).share;
-    let slack = film.iter().map(|&c| share(c) * (filled[c] - hidden.above_m[c]).abs());
-    let u_film_m3 = ANYWHERE * slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m;
+    let share = |cell: usize| window.counted(cell).share;
+    let slack = harmonic.iter().map(|&c| share(c) * (filled[c] - hidden.above_m[c]).abs());
+    let u_film_m3 = ANYWHERE * slack.sum::<f64>() * window.grid.cell_m * window.grid.cell_m;
     Filled {
         u_m3: u_film_m3.hypotenuse(hidden.u_m3()).hypotenuse(BELOW_SIGHT * sight_m3),
         above_m: filled,
@@ -48,68 +48,68 @@ pub(crate) fn fill(patch: &Patch, above: &[f64]) -> Filled {
 }
 
 /// Only the heights of [`fill`], at about half the cost.
-pub(crate) fn heights(patch: &Patch, above: &[f64]) -> Vec<f64> {
-    let gaps = gaps(patch, above);
+pub(crate) fn heights(window: &Window, above: &[f64]) -> Vec<f64> {
+    let gaps = gaps_of(window, above);
     if gaps.is_empty() {
         return above.to_vec();
     }
-    closed(patch, above, gaps, &Hidden::behind(patch, above)).0
+    closed(window, above, gaps, &Hidden::behind(window, above)).0
 }
 
 /// The unseen cells of an object.
-fn gaps(patch: &Patch, above: &[f64]) -> Vec<usize> {
-    let held = |&cell: &usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
+fn gaps_of(window: &Window, above: &[f64]) -> Vec<usize> {
+    let held = |&cell: &usize| matches!(window.zones[cell], Zone::Core | Zone::Toe);
     (0..above.len()).filter(|&cell| above[cell].is_nan()).filter(held).collect()
 }
 
 /// The heights with the gaps filled, and the cells that were interpolated harmonically.
 fn closed(
-    patch: &Patch,
+    window: &Window,
     above: &[f64],
     mut gaps: Vec<usize>,
     hidden: &Hidden<'_>,
 ) -> (Vec<f64>, Vec<usize>) {
     let mut filled = above.to_vec();
     for &cell in &gaps {
-        if patch.beyond[cell] || hidden.covers(cell) {
+        if window.off_scan[cell] || hidden.covers(cell) {
             filled[cell] = hidden.above_m[cell];
         }
     }
     gaps.retain(|&cell| filled[cell].is_nan());
-    stretch(patch, &mut filled, &gaps);
+    stretch(window, &mut filled, &gaps);
     (filled, gaps)
 }
 
 /// The flanks that run down from the seen part of an object.
 struct Flanks<'a> {
-    patch: &'a Patch,
+    window: &'a Window,
     above: &'a [f64],
     core: Vec<usize>,
     repose: Repose,
 }
 
 impl<'a> Flanks<'a> {
-    fn of(patch: &'a Patch, above: &'a [f64]) -> Self {
-        let core: Vec<usize> = patch.cells(Zone::Core).collect();
-        let repose = Repose::of(&patch.grid, &core, |cell| above[cell]);
-        Self { patch, above, core, repose }
+    fn of(window: &'a Window, above: &'a [f64]) -> Self {
+        let core: Vec<usize> = window.cells(Zone::Core).collect();
+        let repose = Repose::of(&window.grid, &core, |cell| above[cell]);
+        Self { window, above, core, repose }
     }
 
     fn unseen(&self, cell: usize) -> bool {
-        self.above[cell].is_nan() && !self.patch.beyond[cell] && !self.patch.bars[cell]
+        self.above[cell].is_nan() && !self.window.off_scan[cell] && !self.window.bars[cell]
     }
 
     fn rims(&self, edge: Edge) -> Vec<Rim> {
         let object = self.core.iter().map(|&cell| (cell, 0));
         let above = |_, cell: usize| self.above[cell];
-        rims(&self.patch.grid, object, edge, above, |cell| self.unseen(cell))
+        rims_of(&self.window.grid, object, edge, above, |cell| self.unseen(cell))
     }
 
     /// Heights of the flanks from these rims in m, for a slope that is `times` its uncertainty
     /// steeper.
     fn down(&self, rims: &[Rim], times: f64) -> Vec<f64> {
         let slope = |_| self.repose.steeper(times);
-        Flank::down(&self.patch.grid, rims, slope, |cell| self.unseen(cell)).above_m
+        Flank::down(&self.window.grid, rims, slope, |cell| self.unseen(cell)).above_m
     }
 }
 
@@ -128,13 +128,13 @@ struct Hidden<'a> {
 }
 
 impl<'a> Hidden<'a> {
-    fn behind(patch: &'a Patch, above: &'a [f64]) -> Self {
-        let flanks = Flanks::of(patch, above);
-        let core = |cell: usize| patch.zones[cell] == Zone::Core;
-        let open = open(&patch.grid, |cell| flanks.unseen(cell), core);
+    fn behind(window: &'a Window, above: &'a [f64]) -> Self {
+        let flanks = Flanks::of(window, above);
+        let core = |cell: usize| window.zones[cell] == Zone::Core;
+        let open = open_cells(&window.grid, |cell| flanks.unseen(cell), core);
         let sure = flanks.rims(Edge::Sure);
         let sure_m = flanks.down(&sure, 0.0);
-        let rise_m = flanks.repose.slope * patch.grid.cell_m;
+        let rise_m = flanks.repose.slope * window.grid.cell_m;
         let crest_m = flanks.down(&flanks.rims(Edge::Crest { rise_m }), 0.0);
         let above_m = sure_m.iter().zip(&crest_m).map(|(low, high)| 0.5 * (low + high)).collect();
         Self { flanks, open, sure, sure_m, crest_m, above_m }
@@ -147,18 +147,18 @@ impl<'a> Hidden<'a> {
     /// Volume in m³ between the flanks and the line of sight over the crest. A harmonic
     /// interpolation across the whole shadow stands for that line: it ends where the line meets the
     /// ground.
-    fn below_sight_m3(&self, patch: &Patch) -> f64 {
+    fn below_sight_m3(&self, window: &Window) -> f64 {
         let hidden = |&cell: &usize| self.flanks.unseen(cell) && self.open[cell];
-        let held: Vec<usize> = patch.held().filter(hidden).collect();
+        let held: Vec<usize> = window.held().filter(hidden).collect();
         if held.is_empty() {
             return 0.0;
         }
         let mut sight_m = self.flanks.above.to_vec();
         let shadow: Vec<usize> =
             (0..sight_m.len()).filter(|&cell| self.flanks.unseen(cell)).collect();
-        stretch(patch, &mut sight_m, &shadow);
+        stretch(window, &mut sight_m, &shadow);
         let slack = held.iter().map(|&cell| (sight_m[cell] - self.above_m[cell]).max(0.0));
-        slack.sum::<f64>() * patch.grid.cell_m * patch.grid.cell_m
+        slack.sum::<f64>() * window.grid.cell_m * window.grid.cell_m
     }
 
     /// Standard uncertainty of the volume of the occluded flanks, in m³.
@@ -170,16 +170,16 @@ impl<'a> Hidden<'a> {
         let steeper = |times: f64| self.flanks.down(&self.sure, times);
         let u_angle = 0.5 * sum(&steeper(-1.0), &steeper(1.0));
         let u_rim = 0.5 * ANYWHERE * sum(&self.crest_m, &self.sure_m);
-        let cell_m = self.flanks.patch.grid.cell_m;
+        let cell_m = self.flanks.window.grid.cell_m;
         u_angle.hypotenuse(u_rim) * cell_m * cell_m
     }
 }
 
 /// Interpolates harmonically across the cells of `gap`.
-fn stretch(patch: &Patch, filled: &mut [f64], gap: &[usize]) {
+fn stretch(window: &Window, filled: &mut [f64], gap: &[usize]) {
     let known = filled.iter().filter(|h| !h.is_nan());
     let largest = known.fold(0.0_f64, |most, h| most.max(h.abs()));
     gap.iter().for_each(|&cell| filled[cell] = 0.0);
     let nodes: Vec<Node> = gap.iter().map(|&cell| Node::free(cell)).collect();
-    relax(filled, patch.grid.columns, &nodes, largest);
+    relax(filled, window.grid.columns, &nodes, largest);
 }

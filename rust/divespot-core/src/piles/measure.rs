@@ -5,20 +5,20 @@
 
 use std::collections::BTreeMap;
 
+use super::annulus::annulus_plane;
 use super::around::Around;
 use super::base::Base;
 use super::divided::Divided;
 use super::found::Found;
-use super::object::{Object, object, shape};
-use super::patch::{Patch, Reach};
+use super::object::{Object, object_of, shape};
 use super::reason::Reason;
-use super::ring::ring_plane;
 use super::scene::Scene;
 use super::settings::Settings;
 use super::things::Things;
-use super::{alone, clear, hidden, shadow};
+use super::window::{Reach, Window};
+use super::{alone, detection_limit, occluded_flank, occlusion_edge};
 use crate::cancel::Polled;
-use crate::connectivity::NOBODY;
+use crate::connectivity::UNLABELLED;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
 use crate::parallel::map_each;
@@ -77,7 +77,7 @@ pub fn measure(
     }
     if found.loose.is_empty() {
         let mut objects = measured(grid, heights_m, found, settings)?;
-        shadow::mark(grid, heights_m, heights_m, &mut objects);
+        occlusion_edge::mark(grid, heights_m, heights_m, &mut objects);
         return Ok(objects);
     }
     let things = Things::of(grid, heights_m, found, settings);
@@ -87,7 +87,7 @@ pub fn measure(
             .map(|objects| things.judged(objects, settings)),
     });
     let mut objects = parts.into_iter().collect::<Result<Vec<_>>>()?.concat();
-    shadow::mark(grid, heights_m, &things.with_things_m, &mut objects);
+    occlusion_edge::mark(grid, heights_m, &things.with_things_m, &mut objects);
     Ok(objects)
 }
 
@@ -103,21 +103,24 @@ fn measured(
     let open = found.open(grid, heights_m);
     let around = Around { grid, heights_m, open, ground: &found.ground, noise_m };
     let divided = Divided::of(&scene, found);
-    let whole = patches(&scene, &divided.labels, &around, settings);
+    let whole = windows(&scene, &divided.labels, &around, settings);
     // With no toe (the paper's method), an object is exactly the cells that were found.
     if settings.toe_cells == 0 {
-        return Ok(whole.iter().map(|(n, patch)| object(*n, patch, patch, settings)).collect());
+        return Ok(whole
+            .iter()
+            .map(|(n, window)| object_of(*n, window, window, settings))
+            .collect());
     }
-    let bases = bases(&whole, &planes(&whole, settings), settings);
+    let bases = bases_of(&whole, &planes_of(&whole, settings), settings);
     drop(whole);
     let labels = clear_of_ground(&scene, &divided.labels, &bases, settings);
-    let alone = |(n, found, whole): &(i32, Patch, Patch)| -> Vec<Object> {
+    let alone = |(n, found, whole): &(i32, Window, Window)| -> Vec<Object> {
         let parts = alone::alone(found.clone(), whole.clone(), &scene, settings);
-        parts.iter().map(|(found, whole)| object(*n, found, whole, settings)).collect()
+        parts.iter().map(|(found, whole)| object_of(*n, found, whole, settings)).collect()
     };
     let pairs = with_their_flanks(&scene, &labels, &around, settings);
     let mut objects = map_each(&pairs, thread_count(settings.threads), alone).concat();
-    clear::mark(&mut objects, settings);
+    detection_limit::mark(&mut objects, settings);
     if settings.base.is_none() {
         let walled_in = objects.iter_mut().filter(|o| o.label >= divided.first_apart);
         walled_in.for_each(|object| object.reason = Some(Reason::CutOff));
@@ -131,19 +134,19 @@ fn with_their_flanks(
     labels: &[i32],
     around: &Around<'_>,
     settings: &Settings,
-) -> Vec<(i32, Patch, Patch)> {
-    let found = patches(scene, labels, around, settings);
-    let planes = planes(&found, settings);
+) -> Vec<(i32, Window, Window)> {
+    let found = windows(scene, labels, around, settings);
+    let planes = planes_of(&found, settings);
     let flanked = with_flanks(scene, labels, &found, &planes, settings);
     if flanked == labels {
-        let pair = |((n, found), plane): ((i32, Patch), _)| {
+        let pair = |((n, found), plane): ((i32, Window), _)| {
             let whole = found.clone().with_plane(plane);
             (n, found, whole)
         };
         return found.into_iter().zip(planes).map(pair).collect();
     }
-    let mut whole: BTreeMap<i32, Patch> =
-        patches(scene, &flanked, around, settings).into_iter().collect();
+    let mut whole: BTreeMap<i32, Window> =
+        windows(scene, &flanked, around, settings).into_iter().collect();
     found.into_iter().filter_map(|(n, found)| Some((n, found, whole.remove(&n)?))).collect()
 }
 
@@ -168,50 +171,50 @@ fn clear_of_ground(
         let above_m = scene.heights_m[cell] - base.at(scene.grid.center(cell));
         (above_m > settings.margin_m).then_some(label)
     };
-    labels.iter().enumerate().polled().map(|cell| clear(cell).unwrap_or(NOBODY)).collect()
+    labels.iter().enumerate().polled().map(|cell| clear(cell).unwrap_or(UNLABELLED)).collect()
 }
 
 /// The plane of the ground around each object; `None` where the annulus has too few cells.
-fn planes(patches: &[(i32, Patch)], settings: &Settings) -> Vec<Option<Base>> {
-    let plane = |(_, patch): &(i32, Patch)| ring_plane(patch).map(|(plane, _)| plane);
-    map_each(patches, thread_count(settings.threads), plane)
+fn planes_of(windows: &[(i32, Window)], settings: &Settings) -> Vec<Option<Base>> {
+    let plane = |(_, window): &(i32, Window)| annulus_plane(window).map(|(plane, _)| plane);
+    map_each(windows, thread_count(settings.threads), plane)
 }
 
-fn bases(
-    patches: &[(i32, Patch)],
+fn bases_of(
+    windows: &[(i32, Window)],
     planes: &[Option<Base>],
     settings: &Settings,
 ) -> BTreeMap<i32, Base> {
     let base = |plane: &Option<Base>| plane.clone().unwrap_or_else(|| settings.ground.clone());
-    patches.iter().zip(planes).map(|((n, _), plane)| (*n, base(plane))).collect()
+    windows.iter().zip(planes).map(|((n, _), plane)| (*n, base(plane))).collect()
 }
 
 /// The labels, extended over the occluded cells that each pile's flank runs down over.
 fn with_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
-    found: &[(i32, Patch)],
+    found: &[(i32, Window)],
     planes: &[Option<Base>],
     settings: &Settings,
 ) -> Vec<i32> {
-    let mut bases = bases(found, planes, settings);
+    let mut bases = bases_of(found, planes, settings);
     // Only piles stand at an angle of repose.
-    for (n, patch) in found {
-        if !shape(patch, &bases[n], settings).could_be_poured() {
+    for (n, window) in found {
+        if !shape(window, &bases[n], settings).could_be_poured() {
             bases.remove(n);
         }
     }
-    hidden::with_hidden_flanks(scene, labels, &bases)
+    occluded_flank::with_occluded_flanks(scene, labels, &bases)
 }
 
-fn patches(
+fn windows(
     scene: &Scene<'_>,
     labels: &[i32],
     around: &Around<'_>,
     settings: &Settings,
-) -> Vec<(i32, Patch)> {
+) -> Vec<(i32, Window)> {
     let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
     let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
-    let territory = around.territory(labels, farthest);
-    Patch::all(scene, labels, &territory, &reach)
+    let nearest = around.nearest(labels, farthest);
+    Window::all(scene, labels, &nearest, &reach)
 }

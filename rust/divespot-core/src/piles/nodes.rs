@@ -29,16 +29,16 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
-    pub(crate) fn of(ring: &[[f64; 3]]) -> Self {
+    pub(crate) fn of(annulus: &[[f64; 3]]) -> Self {
         let range = |k: usize| {
-            let ends = ring.iter().map(|p| p[k]);
+            let ends = annulus.iter().map(|p| p[k]);
             (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max))
         };
         let (x, y) = (range(0), range(1));
         let size_m = (x.1 - x.0).max(y.1 - y.0).max(f64::MIN_POSITIVE);
-        let step_m = size_m / (to_f64(ring.len()) / CELLS).sqrt().clamp(1.0, NODES);
+        let step_m = size_m / (to_f64(annulus.len()) / CELLS).sqrt().clamp(1.0, NODES);
         let mut cells: BTreeMap<(usize, usize), Vec<[f64; 3]>> = BTreeMap::new();
-        for p in ring {
+        for p in annulus {
             let key = (((p[0] - x.0) / step_m) as usize, ((p[1] - y.0) / step_m) as usize);
             cells.entry(key).or_default().push(*p);
         }
@@ -46,7 +46,7 @@ impl Nodes {
         let (mut places, mut roots, mut heights) = (Vec::new(), Vec::new(), Vec::new());
         for cells in cells.values() {
             let count = to_f64(cells.len());
-            let middle = middle(cells.iter().map(|p| p[2]).collect());
+            let middle = middle_of(cells.iter().map(|p| p[2]).collect());
             off.extend(cells.iter().map(|p| p[2] - middle));
             places.push([0, 1].map(|k| cells.iter().map(|p| p[k]).sum::<f64>() / count));
             roots.push(count.sqrt());
@@ -103,7 +103,7 @@ impl Nodes {
 }
 
 /// The median, interpolated between the two middle values: with few values the upper one is biased.
-fn middle(mut values: Vec<f64>) -> f64 {
+fn middle_of(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let half = values.len() / 2;
     0.5 * (values[half] + values[values.len().div_ceil(2) - 1])

@@ -2,14 +2,14 @@
 //!
 //! The volume is the sum over its cells of height above the base × area × share, in m³.
 
+use super::annulus::{annulus, annulus_base, annulus_plane};
 use super::base::Base;
 use super::budget::Budget;
 use super::classify::{Evidence, Shape};
 use super::part_height::part_height;
-use super::patch::{Patch, Zone};
 use super::reason::Reason;
-use super::ring::{ring, ring_base, ring_plane};
 use super::settings::Settings;
+use super::window::{Window, Zone};
 use super::{banks, gaps, outline, wall};
 use crate::cancel::Polled;
 use crate::count::to_f64;
@@ -54,17 +54,22 @@ pub struct Object {
 /// scenes of `divespot evaluate`.
 pub(crate) const CUT_OFF: f64 = 0.1;
 
-/// Measures `patch`, the object with its occluded flanks; `found`, without them, decides whether it
+/// Measures `window`, the object with its occluded flanks; `found`, without them, decides whether it
 /// is a pile.
-pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settings) -> Object {
-    let base = base_of(patch, settings.base.as_ref(), settings);
-    let above = above_base(patch, &base);
-    let gaps = gaps::fill(patch, &above);
+pub(crate) fn object_of(
+    label: i32,
+    found: &Window,
+    window: &Window,
+    settings: &Settings,
+) -> Object {
+    let base = base_of(window, settings.base.as_ref(), settings);
+    let above = above_base(window, &base);
+    let gaps = gaps::fill(window, &above);
     let filled = &gaps.above_m;
-    let footprint = footprint(patch, filled, settings.margin_m);
+    let footprint = footprint_of(window, filled, settings.margin_m);
     let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
     let share = |cells: &mut dyn Iterator<Item = &usize>| -> f64 {
-        cells.map(|&cell| patch.counted(cell).share).sum()
+        cells.map(|&cell| window.counted(cell).share).sum()
     };
     let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
     let whole = share(&mut covered.iter());
@@ -73,63 +78,64 @@ pub(crate) fn object(label: i32, found: &Patch, patch: &Patch, settings: &Settin
         shape: shape_above_ground(found, &base, settings),
         own_base: settings.base.is_none().then_some(&base),
         seen_fraction,
-        beyond_edge: beyond_edge(patch),
+        beyond_edge: beyond_edge(window),
     };
     let reason = evidence.why_no_pile();
     let compared = settings.compared.iter();
     Object {
         label,
-        volume: volume(patch, filled),
-        compared_m3: compared.map(|base| compared_m3(patch, base.as_ref(), settings)).collect(),
-        budget: Budget::of(patch, &base, &gaps, settings.toe_cells),
-        footprint_m2: whole * patch.grid.cell_m * patch.grid.cell_m,
+        volume: volume(window, filled),
+        compared_m3: compared.map(|base| compared_m3(window, base.as_ref(), settings)).collect(),
+        budget: Budget::of(window, &base, &gaps, settings.toe_cells),
+        footprint_m2: whole * window.grid.cell_m * window.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
-        covers_m: covered.iter().map(|&cell| raised(patch, cell, filled[cell])).collect(),
-        centroid_m: centroid(patch, &base, &covered, filled),
-        outline_m: on_base(&base, outline::outline(&patch.grid, &with_toe(patch, &footprint))),
-        base_m: on_base(&base, patch.held().map(|cell| patch.grid.center(cell)).collect()),
+        covers_m: covered.iter().map(|&cell| raised(window, cell, filled[cell])).collect(),
+        centroid_m: centroid(window, &base, &covered, filled),
+        outline_m: on_base(&base, outline::outline(&window.grid, &with_toe(window, &footprint))),
+        base_m: on_base(&base, window.held().map(|cell| window.grid.center(cell)).collect()),
         seen_fraction,
-        touches_edge: touches_edge(patch),
-        leans_on_wall: wall::leans(patch),
+        touches_edge: touches_edge(window),
+        leans_on_wall: wall::leans(window),
         reason,
         base,
     }
 }
 
 /// The object's shape above the ground around it, whichever base was asked for.
-fn shape_above_ground<'a>(found: &'a Patch, local: &Base, settings: &Settings) -> Shape<'a> {
-    let around = || ring_plane(found).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
+fn shape_above_ground<'a>(found: &'a Window, local: &Base, settings: &Settings) -> Shape<'a> {
+    let around =
+        || annulus_plane(found).map_or_else(|| settings.ground.clone(), |(plane, _)| plane);
     let ground = if settings.base.is_none() { local.clone() } else { around() };
     shape(found, &ground, settings)
 }
 
-pub(crate) fn shape<'a>(found: &'a Patch, ground: &Base, settings: &Settings) -> Shape<'a> {
-    Shape { patch: found, above_m: above_base(found, ground), margin_m: settings.margin_m }
+pub(crate) fn shape<'a>(found: &'a Window, ground: &Base, settings: &Settings) -> Shape<'a> {
+    Shape { window: found, above_m: above_base(found, ground), margin_m: settings.margin_m }
 }
 
 /// The base asked for, as it is below this object.
-pub(crate) fn base_of(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> Base {
+pub(crate) fn base_of(window: &Window, wanted: Option<&Base>, settings: &Settings) -> Base {
     let Some(base) = wanted else {
-        return ring_base(patch).unwrap_or_else(|| settings.ground.clone());
+        return annulus_base(window).unwrap_or_else(|| settings.ground.clone());
     };
-    let (center, ring) = ring(patch);
-    banks::with_banks(base.clone().held_against(center, &ring), patch)
+    let (center, annulus) = annulus(window);
+    banks::with_banks(base.clone().held_against(center, &annulus), window)
 }
 
 /// The volume of the counted cells, above and below the base.
-fn volume(patch: &Patch, filled: &[f64]) -> Volume {
-    let part = |cell: usize| patch.counted(cell).share * part_height(patch, filled, cell);
-    integrate(patch.held().map(part), patch.grid.cell_m)
+fn volume(window: &Window, filled: &[f64]) -> Volume {
+    let part = |cell: usize| window.counted(cell).share * part_height(window, filled, cell);
+    integrate(window.held().map(part), window.grid.cell_m)
 }
 
-fn compared_m3(patch: &Patch, wanted: Option<&Base>, settings: &Settings) -> f64 {
-    let above = above_base(patch, &base_of(patch, wanted, settings));
-    volume(patch, &gaps::heights(patch, &above)).net_m3()
+fn compared_m3(window: &Window, wanted: Option<&Base>, settings: &Settings) -> f64 {
+    let above = above_base(window, &base_of(window, wanted, settings));
+    volume(window, &gaps::heights(window, &above)).net_m3()
 }
 
-pub(crate) fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
-    let heights = patch.heights_m.iter().enumerate();
-    heights.polled().map(|(cell, h)| h - base.at(patch.grid.center(cell))).collect()
+pub(crate) fn above_base(window: &Window, base: &Base) -> Vec<f64> {
+    let heights = window.heights_m.iter().enumerate();
+    heights.polled().map(|(cell, h)| h - base.at(window.grid.center(cell))).collect()
 }
 
 /// The cells that the object covers: its core, and the part of the toe that stands clear of the
@@ -137,35 +143,35 @@ pub(crate) fn above_base(patch: &Patch, base: &Base) -> Vec<f64> {
 ///
 /// The threshold is a third of the margin for the mean of up to nine toe cells, whose noise is a
 /// third of one cell's.
-fn footprint(patch: &Patch, filled: &[f64], margin_m: f64) -> Vec<bool> {
-    let toe = |cell: usize| patch.zones[cell] == Zone::Toe;
+fn footprint_of(window: &Window, filled: &[f64], margin_m: f64) -> Vec<bool> {
+    let toe = |cell: usize| window.zones[cell] == Zone::Toe;
     let clear =
-        |cell: usize| patch.mean_around(filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
-    let covers = |cell: usize| match patch.zones[cell] {
-        Zone::Core => patch.counted(cell).share > 0.0,
-        Zone::Toe => !patch.heights_m[cell].is_nan() && clear(cell),
-        Zone::Outside | Zone::Ring | Zone::Beyond => false,
+        |cell: usize| window.mean_around(filled, cell, toe).is_some_and(|h| h > margin_m / 3.0);
+    let covers = |cell: usize| match window.zones[cell] {
+        Zone::Core => window.counted(cell).share > 0.0,
+        Zone::Toe => !window.heights_m[cell].is_nan() && clear(cell),
+        Zone::Outside | Zone::Annulus | Zone::Far => false,
     };
-    (0..patch.zones.len()).polled().map(covers).collect()
+    (0..window.zones.len()).polled().map(covers).collect()
 }
 
 /// The footprint and the toe cells around it, for the outline: a tight line would cut the toe off.
-fn with_toe(patch: &Patch, footprint: &[bool]) -> Vec<bool> {
-    let toe = |cell: usize| patch.zones[cell] == Zone::Toe && patch.counted(cell).share > 0.0;
-    let beside = |cell: usize| patch.around(cell, 1).any(|n| footprint[n]);
+fn with_toe(window: &Window, footprint: &[bool]) -> Vec<bool> {
+    let toe = |cell: usize| window.zones[cell] == Zone::Toe && window.counted(cell).share > 0.0;
+    let beside = |cell: usize| window.around(cell, 1).any(|n| footprint[n]);
     (0..footprint.len()).polled().map(|c| footprint[c] || toe(c) && beside(c)).collect()
 }
 
-fn raised(patch: &Patch, cell: usize, height_m: f64) -> [f64; 3] {
-    let [x, y] = patch.grid.center(cell);
+fn raised(window: &Window, cell: usize, height_m: f64) -> [f64; 3] {
+    let [x, y] = window.grid.center(cell);
     [x, y, height_m]
 }
 
-fn centroid(patch: &Patch, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
+fn centroid(window: &Window, base: &Base, covered: &[usize], filled: &[f64]) -> [f64; 3] {
     let (mut weight, mut sum) = (0.0, [0.0; 3]);
     for &cell in covered.iter().polled() {
-        let height = patch.counted(cell).share * filled[cell].max(0.0);
-        let [x, y] = patch.grid.center(cell);
+        let height = window.counted(cell).share * filled[cell].max(0.0);
+        let [x, y] = window.grid.center(cell);
         let middle = [x, y, base.at([x, y]) + filled[cell].max(0.0) / 2.0];
         weight += height;
         (0..3).for_each(|k| sum[k] += height * middle[k]);
@@ -178,14 +184,14 @@ pub(crate) fn on_base(base: &Base, line: Vec<[f64; 2]>) -> Vec<[f64; 3]> {
 }
 
 /// Whether much of the toe lies beyond the scan's edge.
-fn touches_edge(patch: &Patch) -> bool {
-    beyond_edge(patch) > CUT_OFF
+fn touches_edge(window: &Window) -> bool {
+    beyond_edge(window) > CUT_OFF
 }
 
 /// The share of the toe that lies beyond the scan's edge.
-fn beyond_edge(patch: &Patch) -> f64 {
-    let toe: Vec<usize> = patch.cells(Zone::Toe).collect();
-    let cut = patch.cells(Zone::Core).filter(|&cell| patch.border[cell]).count();
-    let beyond = toe.iter().filter(|&&cell| patch.beyond[cell]).count() + cut;
-    to_f64(beyond) / to_f64((toe.len() + cut).max(1))
+fn beyond_edge(window: &Window) -> f64 {
+    let toe: Vec<usize> = window.cells(Zone::Toe).collect();
+    let cut = window.cells(Zone::Core).filter(|&cell| window.border[cell]).count();
+    let off_scan = toe.iter().filter(|&&cell| window.off_scan[cell]).count() + cut;
+    to_f64(off_scan) / to_f64((toe.len() + cut).max(1))
 }

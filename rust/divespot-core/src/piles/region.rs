@@ -4,18 +4,18 @@
 
 use super::base::FEWEST;
 use super::budget::Budget;
+use super::coverage::{Coverage, ROUNDING, Ring, moments, part};
 use super::enclosed::up_to_faces;
 use super::found::Found;
 use super::gaps::ANYWHERE;
-use super::object::{Object, base_of, object, on_base};
-use super::part::{Part, ROUNDING, Ring, moments, part};
-use super::patch::{Patch, Reach, Zone};
+use super::nearest_label::NearestLabel;
+use super::object::{Object, base_of, object_of, on_base};
 use super::repose::Repose;
 use super::scene::Scene;
 use super::settings::Settings;
-use super::territory::Territory;
+use super::window::{Reach, Window, Zone};
 use crate::cancel::poll;
-use crate::connectivity::NOBODY;
+use crate::connectivity::UNLABELLED;
 use crate::count::to_f64;
 use crate::error::{Error, Result};
 use crate::extent;
@@ -50,7 +50,7 @@ impl Region {
     }
 
     /// The cells inside and the exact part of each: the lines are clipped to the cell's square.
-    fn parts(&self, grid: &Grid, number: usize) -> Result<Vec<(usize, Part)>> {
+    fn parts(&self, grid: &Grid, number: usize) -> Result<Vec<(usize, Coverage)>> {
         let mut sums = vec![[0.0; 3]; grid.len()];
         for ring in &self.rings {
             add_moments(grid, ring, &mut sums);
@@ -177,43 +177,44 @@ pub fn measure_inside(
         let lowest = &mut lowest_m[grid.cell(p)];
         *lowest = lowest.min(p[2]);
     }
-    scene.beyond = beyond(grid, &scene.heights_m, &lowest_m);
+    scene.off_scan = off_scan(grid, &scene.heights_m, &lowest_m);
     let covered: Vec<bool> =
         (0..grid.len()).map(|c| is_covered(grid, &scene.heights_m, c, lowest_m[c])).collect();
-    let parts: Vec<Vec<(usize, Part)>> =
+    let parts: Vec<Vec<(usize, Coverage)>> =
         regions.iter().zip(1..).map(|(region, n)| region.parts(grid, n)).collect::<Result<_>>()?;
-    let mut labels = vec![NOBODY; grid.len()];
+    let mut labels = vec![UNLABELLED; grid.len()];
     parts.iter().flatten().for_each(|(cell, _)| labels[*cell] = OTHERS);
     let measured = (0i32..).zip(regions.iter().zip(&parts)).map(|(label, (region, parts))| {
         let number = label as usize + 1;
         let nothing = Error::Outline { number, problem: NOTHING };
-        let patch = patch(&scene, found, &labels, parts, settings).ok_or(nothing)?;
+        let window = window_of(&scene, found, &labels, parts, settings).ok_or(nothing)?;
         let settings = Settings { toe_cells: 0, ..settings.clone() };
         let in_it = |p: [f64; 2]| covered[grid.cell(&p)];
-        Ok(inside(label, region, patch, in_it, &scene, &settings))
+        Ok(inside(label, region, window, in_it, &scene, &settings))
     });
     measured.collect()
 }
 
 /// Standard uncertainty of the volume in the unseen part of a region, in m³: from the last seen
 /// cell the surface may rise or fall at any angle of repose.
-fn u_carried_on_m3(patch: &Patch) -> f64 {
-    let seen = |cell: usize| !patch.heights_m[cell].is_nan();
-    let label = |cell: usize| if seen(cell) { OWN } else { NOBODY };
-    let labels: Vec<i32> = (0..patch.zones.len()).map(label).collect();
-    let steps = Territory::grow(&patch.grid, &labels, |cell| !patch.beyond[cell], FARTHEST).steps;
-    let unseen = patch.held().filter(|&cell| !seen(cell) && !patch.beyond[cell]);
+fn u_carried_on_m3(window: &Window) -> f64 {
+    let seen = |cell: usize| !window.heights_m[cell].is_nan();
+    let label = |cell: usize| if seen(cell) { OWN } else { UNLABELLED };
+    let labels: Vec<i32> = (0..window.zones.len()).map(label).collect();
+    let steps =
+        NearestLabel::grow(&window.grid, &labels, |cell| !window.off_scan[cell], FARTHEST).steps;
+    let unseen = window.held().filter(|&cell| !seen(cell) && !window.off_scan[cell]);
     let away = unseen.map(|cell| {
-        patch.counted(cell).share * f64::from(steps[cell].min(FARTHEST).saturating_sub(1))
+        window.counted(cell).share * f64::from(steps[cell].min(FARTHEST).saturating_sub(1))
     });
-    Repose::ANY.slope * ANYWHERE * away.sum::<f64>() * patch.grid.cell_m.powi(3)
+    Repose::ANY.slope * ANYWHERE * away.sum::<f64>() * window.grid.cell_m.powi(3)
 }
 
 /// The cells outside the convex hull of all points, on the surface or off it: an occluded gap
 /// between a surface and a wall is not the end of the scan.
-fn beyond(grid: &Grid, heights_m: &[f64], loose_m: &[f64]) -> Vec<bool> {
+fn off_scan(grid: &Grid, heights_m: &[f64], loose_m: &[f64]) -> Vec<bool> {
     let seen = heights_m.iter().zip(loose_m).map(|(&h, &loose)| if h.is_nan() { loose } else { h });
-    extent::beyond(grid, &seen.collect::<Vec<_>>())
+    extent::off_scan_cells(grid, &seen.collect::<Vec<_>>())
 }
 
 /// Whether the lowest point off the surface over an unseen cell is higher than material could reach
@@ -231,59 +232,59 @@ fn is_covered(grid: &Grid, heights_m: &[f64], cell: usize, lowest_m: f64) -> boo
 }
 
 /// The window around one region, given all regions' cells; `None` if nothing was seen inside.
-fn patch(
+fn window_of(
     scene: &Scene<'_>,
     found: &Found,
     taken: &[i32],
-    parts: &[(usize, Part)],
+    parts: &[(usize, Coverage)],
     settings: &Settings,
-) -> Option<Patch> {
+) -> Option<Window> {
     if parts.iter().all(|(cell, _)| scene.heights_m[*cell].is_nan()) {
         return None;
     }
     let mut labels = taken.to_vec();
-    let mut counts = vec![Part::default(); labels.len()];
+    let mut counts = vec![Coverage::default(); labels.len()];
     for &(cell, part) in parts {
         (labels[cell], counts[cell]) = (OWN, part);
     }
     let reach = Reach::each(&labels, settings.toe_cells, settings.ring_share);
-    let territory = Territory::grow(scene.grid, &labels, |_| true, reach[0].farthest());
-    let (_, mut patch) = Patch::all(scene, &labels, &territory, &reach).into_iter().next()?;
-    patch.count_parts(|center| counts[scene.grid.cell(&center)]);
-    let grounded = |cell: usize| found.ground[scene.grid.cell(&patch.grid.center(cell))];
-    let ring = patch.cells(Zone::Ring).filter(|&cell| grounded(cell)).count();
-    let zones = (0..patch.zones.len()).map(|cell| match patch.zones[cell] {
+    let nearest = NearestLabel::grow(scene.grid, &labels, |_| true, reach[0].farthest());
+    let (_, mut window) = Window::all(scene, &labels, &nearest, &reach).into_iter().next()?;
+    window.count_parts(|center| counts[scene.grid.cell(&center)]);
+    let grounded = |cell: usize| found.ground[scene.grid.cell(&window.grid.center(cell))];
+    let ring = window.cells(Zone::Annulus).filter(|&cell| grounded(cell)).count();
+    let zones = (0..window.zones.len()).map(|cell| match window.zones[cell] {
         Zone::Toe => Zone::Outside,
-        Zone::Ring | Zone::Beyond if ring >= FEWEST && !grounded(cell) => Zone::Outside,
+        Zone::Annulus | Zone::Far if ring >= FEWEST && !grounded(cell) => Zone::Outside,
         zone => zone,
     });
-    patch.zones = zones.collect();
-    Some(patch)
+    window.zones = zones.collect();
+    Some(window)
 }
 
 /// The object inside a region. Any shape counts, since the user asked for it.
 fn inside(
     label: i32,
     region: &Region,
-    patch: Patch,
+    window: Window,
     covered: impl Fn([f64; 2]) -> bool,
     scene: &Scene<'_>,
     settings: &Settings,
 ) -> Object {
-    let within: f64 = patch
+    let within: f64 = window
         .held()
-        .filter(|&cell| !patch.beyond[cell])
-        .map(|cell| patch.counted(cell).share)
+        .filter(|&cell| !window.off_scan[cell])
+        .map(|cell| window.counted(cell).share)
         .sum();
-    let base = base_of(&patch, settings.base.as_ref(), settings);
-    let patch = up_to_faces(patch, covered, scene, &base, settings.margin_m);
-    let object = object(label, &patch, &patch, settings);
+    let base = base_of(&window, settings.base.as_ref(), settings);
+    let window = up_to_faces(window, covered, scene, &base, settings.margin_m);
+    let object = object_of(label, &window, &window, settings);
     let line = region.rings.first().cloned().unwrap_or_default();
     let whole_m2 = region.area_m2().max(f64::MIN_POSITIVE);
     let on_map = object.footprint_m2 / whole_m2;
     let on_map = if on_map > 1.0 - ROUNDING { 1.0 } else { on_map };
-    let filled_m3 = object.budget.filled_m3.hypotenuse(u_carried_on_m3(&patch));
-    let within = within * patch.grid.cell_m * patch.grid.cell_m / whole_m2;
+    let filled_m3 = object.budget.filled_m3.hypotenuse(u_carried_on_m3(&window));
+    let within = within * window.grid.cell_m * window.grid.cell_m / whole_m2;
     Object {
         outline_m: on_base(&object.base, line),
         budget: Budget { filled_m3, ..object.budget },
@@ -310,7 +311,7 @@ mod tests {
 
     /// First moment of the covered area along axis `k`, from the parts.
     fn moment(region: &Region, k: usize) -> f64 {
-        let at = |(cell, part): &(usize, Part)| {
+        let at = |(cell, part): &(usize, Coverage)| {
             part.share * 0.25 * (GRID.center(*cell)[k] + part.off_m[k])
         };
         region.parts(&GRID, 1).unwrap().iter().map(at).sum()

@@ -11,7 +11,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) heights_m: Vec<f64>,
     /// Cells outside the convex hull of the seen surface and walls.
-    pub(crate) beyond: Vec<bool>,
+    pub(crate) off_scan: Vec<bool>,
     /// The faces that rise from the surface.
     pub(crate) faces: Faces,
     /// Cells of banks that lead to higher ground.
@@ -32,10 +32,10 @@ impl<'a> Scene<'a> {
         }
         let mut heights_m = without_lone(grid, heights_m);
         let faces = Faces::of(grid, &heights_m, found, margin_m);
-        let beyond = faces.beyond(grid, &heights_m);
+        let off_scan = faces.off_scan(grid, &heights_m);
         (0..grid.len()).filter(|&c| faces.walls.is[c]).for_each(|c| heights_m[c] = f64::NAN);
         let is_bank = |cell: usize| found.is_bank(cell) && !heights_m[cell].is_nan();
         let banks = (0..grid.len()).map(is_bank).collect();
-        Ok(Self { grid, heights_m, beyond, faces, banks })
+        Ok(Self { grid, heights_m, off_scan, faces, banks })
     }
 }

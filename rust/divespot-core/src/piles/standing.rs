@@ -65,7 +65,7 @@ impl Walls {
                 cells[cell] = true;
             }
         }
-        let reach_m = reach_m(grid, margin_m);
+        let reach_m = reach_m_of(grid, margin_m);
         let is_flush = |cell: usize| {
             let level =
                 |n: usize| ends_m[cell].iter().all(|end| (end - heights_m[n]).abs() < reach_m);
@@ -102,7 +102,7 @@ struct Risen {
 impl Risen {
     fn of(grid: &Grid, heights_m: &[f64], risen: &[(usize, Point)], margin_m: f64) -> Self {
         let clear_m = NEVER_STEEPER * grid.cell_m + margin_m;
-        let reach_m = reach_m(grid, margin_m);
+        let reach_m = reach_m_of(grid, margin_m);
         let mut mixed = vec![false; grid.len()];
         let mut rises = mixed.clone();
         let mut ends_m = vec![[f64::NAN; 2]; grid.len()];
@@ -122,7 +122,7 @@ impl Risen {
 }
 
 /// Largest height of a face's lowest points above the surface that it rises from, in m.
-fn reach_m(grid: &Grid, margin_m: f64) -> f64 {
+fn reach_m_of(grid: &Grid, margin_m: f64) -> f64 {
     2.0 * (NEVER_STEEPER * grid.cell_m) + margin_m
 }
 

@@ -3,7 +3,7 @@ use crate::heightmap::{HeightMap, height_map};
 
 pub(crate) const CELL: f64 = 0.0625;
 
-fn map(height: impl Fn(f64, f64) -> f64) -> HeightMap {
+fn map_of(height: impl Fn(f64, f64) -> f64) -> HeightMap {
     let at = |i: i32| (f64::from(i) + 0.5) * CELL;
     let place = |i: i32| (at(i % 128), at(i / 128));
     let points: Vec<_> = (0..128 * 96).map(place).map(|(x, y)| [x, y, height(x, y)]).collect();
@@ -12,7 +12,7 @@ fn map(height: impl Fn(f64, f64) -> f64) -> HeightMap {
 
 /// A map with the exact height in the middle of each cell; NaN is unseen.
 pub(crate) fn exact(height: impl Fn(f64, f64) -> f64) -> HeightMap {
-    let mut map = map(|_, _| 0.0);
+    let mut map = map_of(|_, _| 0.0);
     let middles = (0..map.grid.len()).map(|cell| map.grid.center(cell));
     map.heights_m = middles.map(|[x, y]| height(x, y)).collect();
     map
@@ -20,17 +20,17 @@ pub(crate) fn exact(height: impl Fn(f64, f64) -> f64) -> HeightMap {
 
 /// The objects of a map: the connected components of the cells that are `found`.
 pub(crate) fn measured(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Vec<Object> {
-    let labels = labels(map, |x, y| if found(x, y) { 0 } else { NOBODY });
-    let labels = pieces(&map.grid, &labels, 0, 9);
+    let labels = labels_of(map, |x, y| if found(x, y) { 0 } else { UNLABELLED });
+    let labels = label_components(&map.grid, &labels, 0, 9);
     measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings()).unwrap()
 }
 
 /// Only ground.
 fn nothing(map: &HeightMap) -> Found<'static> {
-    Found::on_all_else(vec![NOBODY; map.grid.len()])
+    Found::on_all_else(vec![UNLABELLED; map.grid.len()])
 }
 
-fn labels(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
+fn labels_of(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
     (0..map.grid.len()).map(|c| map.grid.center(c)).map(|[x, y]| label(x, y)).collect()
 }
 
@@ -56,20 +56,23 @@ fn cone(x: f64, y: f64) -> f64 {
 const CONE_M3: f64 = std::f64::consts::PI * 1.44 * 0.6 / 3.0;
 
 fn cone_on(floor: impl Fn(f64, f64) -> f64) -> Object {
-    let map = map(|x, y| cone(x, y) + floor(x, y));
-    let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
+    let map = map_of(|x, y| cone(x, y) + floor(x, y));
+    let labels = labels_of(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { UNLABELLED });
     measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
         .unwrap()
         .remove(0)
 }
 
-use crate::connectivity::NOBODY;
+use crate::connectivity::UNLABELLED;
 
 #[test]
 fn a_cone_on_a_sloping_floor_keeps_its_toe() {
     let object = cone_on(|x, y| 3.0 + 0.04 * x - 0.02 * y);
     assert!((object.volume.net_m3() / CONE_M3 - 1.0).abs() < 2e-3, "{object:?}");
-    assert_eq!((object.reason, object.touches_edge, object.base.kind), (None, false, Kind::Ring));
+    assert_eq!(
+        (object.reason, object.touches_edge, object.base.kind),
+        (None, false, Kind::Annulus)
+    );
     let footprint = object.footprint_m2 / (std::f64::consts::PI * 1.44);
     assert!((footprint - 1.0).abs() < 0.08, "{footprint}");
     assert!((object.centroid_m[0] - 4.0).abs() < 0.01 && (object.centroid_m[1] - 3.0).abs() < 0.01);
@@ -81,7 +84,7 @@ fn a_cone_on_a_sloping_floor_keeps_its_toe() {
 fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
     let inside = |x: f64, y: f64| (1.0..2.0).contains(&x) && (1.0..2.0).contains(&y);
     let wall = |x: f64| x > 7.9;
-    let map = map(|x, y| {
+    let map = map_of(|x, y| {
         if inside(x, y) {
             0.8
         } else if wall(x) {
@@ -98,12 +101,16 @@ fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
         } else if cone(x, y) > 0.05 {
             0
         } else {
-            NOBODY
+            UNLABELLED
         }
     };
-    let objects =
-        measure(&map.grid, &map.heights_m, &Found::on_all_else(labels(&map, label)), &settings())
-            .unwrap();
+    let objects = measure(
+        &map.grid,
+        &map.heights_m,
+        &Found::on_all_else(labels_of(&map, label)),
+        &settings(),
+    )
+    .unwrap();
     let reasons: Vec<_> = objects.iter().map(|o| o.reason).collect();
     assert_eq!(reasons, [None, Some(Reason::SteepSides), Some(Reason::Thin)]);
     assert!((objects[1].volume.net_m3() - 0.8).abs() < 1e-9);
@@ -114,8 +121,8 @@ fn a_box_and_a_wall_are_no_piles_and_a_low_cone_beside_them_is() {
 #[test]
 fn a_rod_with_a_skirt_is_no_pile() {
     let rod = |x: f64, y: f64| (1.5 - 4.0 * (x - 4.0).hypot(y - 3.0)).max(0.0);
-    let map = map(rod);
-    let labels = labels(&map, |x, y| if rod(x, y) > 0.05 { 0 } else { NOBODY });
+    let map = map_of(rod);
+    let labels = labels_of(&map, |x, y| if rod(x, y) > 0.05 { 0 } else { UNLABELLED });
     let object =
         measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
             .unwrap()
@@ -125,8 +132,8 @@ fn a_rod_with_a_skirt_is_no_pile() {
 
 #[test]
 fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
-    let mut map = map(|x, y| cone(x, y) + 1.0);
-    let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
+    let mut map = map_of(|x, y| cone(x, y) + 1.0);
+    let labels = labels_of(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { UNLABELLED });
     let whole =
         measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
             .unwrap()
@@ -149,7 +156,7 @@ fn a_gap_in_the_core_is_filled_counted_and_paid_for() {
 
 #[test]
 fn labels_must_match_the_map_and_may_name_nothing() {
-    let map = map(|_, _| 0.0);
+    let map = map_of(|_, _| 0.0);
     assert!(
         measure(&map.grid, &map.heights_m, &Found::on_all_else(vec![0; 3]), &settings()).is_err()
     );
@@ -157,7 +164,7 @@ fn labels_must_match_the_map_and_may_name_nothing() {
         measure(
             &map.grid,
             &map.heights_m,
-            &Found::on_all_else(vec![NOBODY; map.grid.len()]),
+            &Found::on_all_else(vec![UNLABELLED; map.grid.len()]),
             &settings()
         )
         .unwrap()
@@ -172,7 +179,7 @@ fn ring(corners: &[[f64; 2]]) -> Region {
 #[test]
 fn an_outline_cuts_a_wedge_where_it_runs() {
     let wedge = |x: f64, _: f64| 0.25 * x;
-    let map = map(wedge);
+    let map = map_of(wedge);
     let square = ring(&[[2.03, 1.07], [5.51, 1.07], [5.51, 4.99], [2.03, 4.99]]);
     let level = Base::ground(0.0, 0.0, 0.0);
     let settings = Settings { base: Some(level), ..settings() };
@@ -187,7 +194,7 @@ fn an_outline_cuts_a_wedge_where_it_runs() {
 
 #[test]
 fn the_base_of_an_outline_rests_on_the_ring_outside_and_a_hole_stays_one() {
-    let map = map(|x, y| cone(x, y) + 1.0 + 0.03 * x);
+    let map = map_of(|x, y| cone(x, y) + 1.0 + 0.03 * x);
     let mut region = ring(&[[2.5, 1.5], [5.5, 1.5], [5.5, 4.5], [2.5, 4.5]]);
     let found = |region: &Region| {
         let regions = std::slice::from_ref(region);
@@ -206,7 +213,7 @@ fn the_base_of_an_outline_rests_on_the_ring_outside_and_a_hole_stays_one() {
 
 #[test]
 fn outlines_beyond_the_scan_are_refused_or_flagged() {
-    let map = map(cone);
+    let map = map_of(cone);
     let inside = |x0: f64, x1: f64| {
         let region = ring(&[[x0, 2.0], [x1, 2.0], [x1, 4.0], [x0, 4.0]]);
         measure_inside(&map.grid, &map.heights_m, &[region], &nothing(&map), &settings())
@@ -218,8 +225,8 @@ fn outlines_beyond_the_scan_are_refused_or_flagged() {
 
 #[test]
 fn bases_are_compared_and_what_all_share_is_held_against_the_ground_around() {
-    let map = map(|x, y| cone(x, y) + 0.02);
-    let labels = labels(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
+    let map = map_of(|x, y| cone(x, y) + 0.02);
+    let labels = labels_of(&map, |x, y| if cone(x, y) > 0.05 { 0 } else { UNLABELLED });
     let compared =
         vec![None, Some(Base::ground(0.0, 0.0, 0.001)), Some(Base::ground(0.02, 0.0, 0.001))];
     let settings = Settings { compared, base: Some(Base::ground(0.0, 0.0, 0.001)), ..settings() };
@@ -243,9 +250,9 @@ fn bases_are_compared_and_what_all_share_is_held_against_the_ground_around() {
 #[test]
 fn an_earlier_surface_is_the_base_waves_and_all() {
     let floor = |x: f64, y: f64| 0.05 * (1.5 * x).sin() + 0.02 * y;
-    let empty = map(floor);
-    let full = map(|x, y| cone(x, y) + floor(x, y));
-    let labels = labels(&full, |x, y| if cone(x, y) > 0.05 { 0 } else { NOBODY });
+    let empty = map_of(floor);
+    let full = map_of(|x, y| cone(x, y) + floor(x, y));
+    let labels = labels_of(&full, |x, y| if cone(x, y) > 0.05 { 0 } else { UNLABELLED });
     let volume = |empty_m: Vec<f64>| {
         let base = Base::on(Surface::over(full.grid, empty_m).unwrap(), 0.0);
         let settings = Settings { base: Some(base), ..settings() };
@@ -268,7 +275,7 @@ fn an_earlier_surface_is_the_base_waves_and_all() {
 
 /// The cone on a sloping floor, seen only where `seen` holds.
 fn half_seen(seen: impl Fn(f64, f64) -> bool) -> Object {
-    let mut map = map(|x, y| cone(x, y) + 1.0 + 0.01 * x);
+    let mut map = map_of(|x, y| cone(x, y) + 1.0 + 0.01 * x);
     for cell in 0..map.grid.len() {
         let [x, y] = map.grid.center(cell);
         if !seen(x, y) {
@@ -277,7 +284,7 @@ fn half_seen(seen: impl Fn(f64, f64) -> bool) -> Object {
     }
     let labels: Vec<i32> = (0..map.grid.len())
         .map(|cell| (map.grid.center(cell), map.heights_m[cell]))
-        .map(|([x, y], h)| if h > 1.05 + 0.01 * x && cone(x, y) > 0.05 { 0 } else { NOBODY })
+        .map(|([x, y], h)| if h > 1.05 + 0.01 * x && cone(x, y) > 0.05 { 0 } else { UNLABELLED })
         .collect();
     measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
         .unwrap()
@@ -322,18 +329,18 @@ fn a_pile_of_which_too_little_was_seen_is_refused() {
 #[test]
 fn a_large_pile_far_away_changes_nothing() {
     let crumb = |x: f64, y: f64| (0.5 * (0.4 - (x - 7.0).hypot(y - 0.8))).max(0.0);
-    let map = map(|x, y| cone(x, y) + crumb(x, y) + 0.01 * (3.0 * x).sin() * (2.0 * y).cos());
+    let map = map_of(|x, y| cone(x, y) + crumb(x, y) + 0.01 * (3.0 * x).sin() * (2.0 * y).cos());
     let measured = |label: &dyn Fn(f64, f64) -> i32| {
-        let labels = labels(&map, label);
+        let labels = labels_of(&map, label);
         measure(&map.grid, &map.heights_m, &Found::on_all_else(labels.clone()), &settings())
             .unwrap()
     };
     let is_crumb = |x, y| crumb(x, y) > 0.05;
-    let alone = measured(&|x, y| if is_crumb(x, y) { 0 } else { NOBODY });
+    let alone = measured(&|x, y| if is_crumb(x, y) { 0 } else { UNLABELLED });
     let both = measured(&|x, y| match (cone(x, y) > 0.05, is_crumb(x, y)) {
         (true, _) => 0,
         (_, true) => 1,
-        _ => NOBODY,
+        _ => UNLABELLED,
     });
     assert_eq!(both.len(), 2);
     assert_eq!((both[1].volume, both[1].budget), (alone[0].volume, alone[0].budget));

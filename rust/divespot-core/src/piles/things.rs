@@ -8,10 +8,10 @@ use super::reason::Reason;
 use super::settings::Settings;
 use super::{flat_top, floating};
 use crate::cancel::Polled;
-use crate::connectivity::NOBODY;
+use crate::components::label_components;
+use crate::connectivity::UNLABELLED;
 use crate::fixed::Fixed;
 use crate::heightmap::Grid;
-use crate::pieces::pieces;
 
 /// The connected components of the points above a surface.
 pub(crate) struct Things<'a> {
@@ -32,8 +32,9 @@ impl<'a> Things<'a> {
         settings: &Settings,
     ) -> Self {
         let above = Above::of(grid, surface_m, found);
-        let labels = pieces(grid, &above.labels(), settings.link_cells, settings.fewest_cells);
-        let is_thing = |cell: usize| labels[cell] != NOBODY;
+        let labels =
+            label_components(grid, &above.labels(), settings.link_cells, settings.fewest_cells);
+        let is_thing = |cell: usize| labels[cell] != UNLABELLED;
         let height = |cell| if is_thing(cell) { above.mean(cell) } else { surface_m[cell] };
         let with_things_m = (0..grid.len()).map(height).collect();
         let ground = (0..grid.len()).map(|c| found.ground[c] && !is_thing(c)).collect();
@@ -91,7 +92,7 @@ impl Above {
     }
 
     fn labels(&self) -> Vec<i32> {
-        self.counts.iter().map(|&count| if count > 0 { 0 } else { NOBODY }).collect()
+        self.counts.iter().map(|&count| if count > 0 { 0 } else { UNLABELLED }).collect()
     }
 
     fn mean(&self, cell: usize) -> f64 {

@@ -5,8 +5,8 @@
 //! distribution): half of the cell is the pile's.
 
 use super::base::Base;
-use super::part::Part;
-use super::patch::{Patch, Zone};
+use super::coverage::Coverage;
+use super::window::{Window, Zone};
 use crate::connectivity::spread;
 
 /// A pile leans on walls if they stand along more than this share of its edge; with less, they are
@@ -14,78 +14,78 @@ use crate::connectivity::spread;
 const LEANS: f64 = 0.1;
 /// The pile's share of a cell at a face that runs anywhere through it: rectangular from 0 to 1 (GUM
 /// 4.3.7), 1/√12.
-const HALF: Part = Part { share: 0.5, off_m: [0.0; 2], u_share: 0.289 };
+const HALF: Coverage = Coverage { share: 0.5, off_m: [0.0; 2], u_share: 0.289 };
 /// The pile's share of a cell of a wall as high as the pile, whose face was not seen: the face runs
 /// anywhere from the middle of the cell before, whose points may be of both, to the end of this
 /// one. Rectangular over 1.5 cells, mean 0.75, of which 0.5 belong to the cell before; 1.5/√12.
-const FLUSH: Part = Part { share: 0.25, off_m: [0.0; 2], u_share: 0.433 };
+const FLUSH: Coverage = Coverage { share: 0.25, off_m: [0.0; 2], u_share: 0.433 };
 
 /// The pile's share of a cell of a wall of which only the top was seen: if the pile filled a
 /// quarter of the cell, it would have a surface there. Rectangular from 0 to 0.25.
-const TOP: Part = Part { share: 0.125, off_m: [0.0; 2], u_share: 0.072 };
+const TOP: Coverage = Coverage { share: 0.125, off_m: [0.0; 2], u_share: 0.072 };
 /// The pile's share of its last cell before such a top: rectangular from 0.25 to 1.
-const MIXED: Part = Part { share: 0.625, off_m: [0.0; 2], u_share: 0.217 };
+const MIXED: Coverage = Coverage { share: 0.625, off_m: [0.0; 2], u_share: 0.217 };
 
 /// The object with its part of each wall cell beside it, and no toe behind the walls.
-pub(crate) fn up_to_walls(mut patch: Patch, base: &Base) -> Patch {
-    let is_core = |n: usize| patch.zones[n] == Zone::Core;
+pub(crate) fn up_to_walls(mut window: Window, base: &Base) -> Window {
+    let is_core = |n: usize| window.zones[n] == Zone::Core;
     // Walls that the object encloses are gaps in it.
     let walls: Vec<usize> =
-        (0..patch.walls.len()).filter(|&cell| patch.walls[cell] && !is_core(cell)).collect();
+        (0..window.walls.len()).filter(|&cell| window.walls[cell] && !is_core(cell)).collect();
     if walls.is_empty() {
-        patch.walls.fill(false);
-        return patch;
+        window.walls.fill(false);
+        return window;
     }
-    let open = spread(&patch.grid, patch.cells(Zone::Core).collect(), |cell| {
-        patch.zones[cell] == Zone::Toe && !patch.walls[cell]
+    let open = spread(&window.grid, window.cells(Zone::Core).collect(), |cell| {
+        window.zones[cell] == Zone::Toe && !window.walls[cell]
     });
-    let above: Vec<f64> = (0..patch.zones.len())
-        .map(|cell| patch.heights_m[cell] - base.at(patch.grid.center(cell)))
+    let above: Vec<f64> = (0..window.zones.len())
+        .map(|cell| window.heights_m[cell] - base.at(window.grid.center(cell)))
         .collect();
     let beside: Vec<(usize, f64)> = walls
         .iter()
-        .filter_map(|&cell| Some((cell, patch.mean_around(&above, cell, is_core)?)))
+        .filter_map(|&cell| Some((cell, window.mean_around(&above, cell, is_core)?)))
         .collect();
-    for (zone, open) in patch.zones.iter_mut().zip(open) {
+    for (zone, open) in window.zones.iter_mut().zip(open) {
         if *zone == Zone::Toe && !open {
             *zone = Zone::Outside;
         }
     }
-    patch.walls.fill(false);
+    window.walls.fill(false);
     for (cell, height_m) in beside {
-        patch.zones[cell] = Zone::Toe;
-        patch.heights_m[cell] = base.at(patch.grid.center(cell)) + height_m;
-        patch.walls[cell] = true;
-        let part = match (patch.flush[cell], patch.tops[cell]) {
+        window.zones[cell] = Zone::Toe;
+        window.heights_m[cell] = base.at(window.grid.center(cell)) + height_m;
+        window.walls[cell] = true;
+        let part = match (window.flush[cell], window.tops[cell]) {
             (true, _) => FLUSH,
             (false, true) => TOP,
             (false, false) => HALF,
         };
-        patch.count_part(cell, part);
+        window.count_part(cell, part);
     }
-    before_tops(patch)
+    before_tops(window)
 }
 
 /// The object with a part of its last cells before walls of which only the top was seen.
-fn before_tops(mut patch: Patch) -> Patch {
+fn before_tops(mut window: Window) -> Window {
     let is_last = |&cell: &usize| {
-        let at_top = || patch.around(cell, 1).any(|n| patch.walls[n] && patch.tops[n]);
-        patch.mixed[cell] && patch.zones[cell] == Zone::Core && at_top()
+        let at_top = || window.around(cell, 1).any(|n| window.walls[n] && window.tops[n]);
+        window.mixed[cell] && window.zones[cell] == Zone::Core && at_top()
     };
-    for cell in (0..patch.zones.len()).filter(is_last).collect::<Vec<_>>() {
-        patch.count_part(cell, MIXED);
+    for cell in (0..window.zones.len()).filter(is_last).collect::<Vec<_>>() {
+        window.count_part(cell, MIXED);
     }
-    patch
+    window
 }
 
 /// Whether walls stand along much of the core's edge.
-pub(crate) fn leans(patch: &Patch) -> bool {
-    let edge: Vec<usize> = patch.rim().collect();
-    let walled = edge.iter().filter(|&&cell| is_beside(patch, cell)).count();
+pub(crate) fn leans(window: &Window) -> bool {
+    let edge: Vec<usize> = window.rim().collect();
+    let walled = edge.iter().filter(|&&cell| is_beside(window, cell)).count();
     walled as f64 > LEANS * edge.len() as f64
 }
 
 /// Whether a cell has a wall beside it.
-pub(crate) fn is_beside(patch: &Patch, cell: usize) -> bool {
-    patch.around(cell, 1).any(|n| patch.walls[n])
+pub(crate) fn is_beside(window: &Window, cell: usize) -> bool {
+    window.around(cell, 1).any(|n| window.walls[n])
 }

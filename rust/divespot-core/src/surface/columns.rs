@@ -41,7 +41,7 @@ impl Columns {
         });
         let start = starts(&cells, grid.len());
         let mut heights_m = vec![0.0; cells.len()];
-        let slabs = slabs(&start, &mut heights_m, threads);
+        let slabs = slabs_of(&start, &mut heights_m, threads);
         share(slabs.into_iter(), threads, |slab| slab.fill(points, &cells));
         Self { grid, start, heights_m }
     }
@@ -138,7 +138,7 @@ struct Slab<'a> {
 }
 
 /// One slab for each thread, with roughly equal numbers of points.
-fn slabs<'a>(start: &'a [u32], mut heights_m: &'a mut [f64], threads: usize) -> Vec<Slab<'a>> {
+fn slabs_of<'a>(start: &'a [u32], mut heights_m: &'a mut [f64], threads: usize) -> Vec<Slab<'a>> {
     let (last, count) = (start.len() - 1, heights_m.len());
     let mut first = 0;
     let take = |thread: usize| {
@@ -188,7 +188,7 @@ mod tests {
     use crate::Point;
 
     /// Points at these heights over the cells of a grid with cells 1 m wide.
-    fn columns(size: [usize; 2], heights: impl Fn(usize) -> Vec<f64>) -> Columns {
+    fn columns_of(size: [usize; 2], heights: impl Fn(usize) -> Vec<f64>) -> Columns {
         let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: size[0], rows: size[1] };
         let over = |cell: usize| {
             let [x, y] = grid.center(cell);
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn what_stands_on_a_surface_rises_and_what_hangs_over_it_does_not() {
-        let rises = |heights: &[f64]| columns([1, 1], |_| heights.to_vec()).rises(0, 0.0, 1.0);
+        let rises = |heights: &[f64]| columns_of([1, 1], |_| heights.to_vec()).rises(0, 0.0, 1.0);
         assert_eq!(rises(&[0.0, 0.9, 1.8, 2.5, 7.0]), Some(7.0));
         assert_eq!(rises(&[0.0, 2.1, 7.0]), None);
         assert_eq!(rises(&[-3.0, 0.0, 1.0]), None);
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn a_face_on_which_scan_lines_lie_far_apart_rises_too() {
-        let rises = |heights: &[f64]| columns([1, 1], |_| heights.to_vec()).rises(0, 0.0, 1.0);
+        let rises = |heights: &[f64]| columns_of([1, 1], |_| heights.to_vec()).rises(0, 0.0, 1.0);
         assert_eq!(rises(&[0.0, 3.0, 5.5, 8.0, 10.5]), Some(10.5));
         assert_eq!(rises(&[0.0, 3.0, 5.5, 8.0]), None);
         assert_eq!(rises(&[0.0, 6.0, 8.5, 11.0, 13.5]), None);
@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn a_run_of_points_ends_where_the_gap_is_wider() {
-        let columns = columns([1, 1], |_| vec![-5.0, -1.0, 0.0, 0.8, 1.7, 4.0]);
+        let columns = columns_of([1, 1], |_| vec![-5.0, -1.0, 0.0, 0.8, 1.7, 4.0]);
         assert_eq!(columns.run(0, 0.1, 1.0), [-1.0, 1.7]);
         assert_eq!(columns.run(0, 2.5, 1.0), [-1.0, 2.5]);
     }
@@ -244,16 +244,16 @@ mod tests {
             0..8 | 16..20 => 12,
             _ => 40,
         };
-        let needs = columns([24, 8], |cell| vec![0.0; counts(cell)]).needs();
+        let needs = columns_of([24, 8], |cell| vec![0.0; counts(cell)]).needs();
         assert!((0..needs.len()).all(|cell| needs[cell] == if cell % 24 < 16 { 3 } else { 10 }));
-        let bare = columns([9, 1], |cell| if cell < 8 { vec![0.0] } else { vec![] });
+        let bare = columns_of([9, 1], |cell| if cell < 8 { vec![0.0] } else { vec![] });
         assert_eq!(bare.needs(), [1; 9]);
     }
 
     #[test]
     fn where_somebody_stands_no_more_points_are_needed_than_anywhere() {
         let needs =
-            columns([24, 8], |cell| vec![0.0; if cell % 24 < 8 { 400 } else { 40 }]).needs();
+            columns_of([24, 8], |cell| vec![0.0; if cell % 24 < 8 { 400 } else { 40 }]).needs();
         assert!(needs.iter().all(|&need| need == 10));
     }
 }

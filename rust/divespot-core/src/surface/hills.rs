@@ -6,18 +6,18 @@
 //! top (`levels`). Holes are the hills of the surface turned upside down.
 
 use crate::cancel::Polled;
-use crate::connectivity::{EIGHT, FOUR, NOBODY};
+use crate::connectivity::{EIGHT, FOUR, UNLABELLED};
 use crate::count::to_f64;
 use crate::error::{Error, Result};
-use crate::extent::beyond;
-use crate::film::{Node, relax};
+use crate::extent::off_scan_cells;
+use crate::harmonic::{Node, relax};
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::{NEVER_STEEPER, STEEPEST_POURED};
 use crate::order::{Keyed, sort_by_key};
 use crate::parallel::map_each;
 use crate::slopes::Slopes;
-use crate::terrain::{Terrain, terrain};
+use crate::terrain::{Terrain, terrain_of};
 use crate::thread_count;
 
 use super::levels::{Levels, NONE};
@@ -66,12 +66,12 @@ pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
     if heights_m.len() != grid.len() {
         return Err(Error::Degenerate("one height for each cell is needed"));
     }
-    let beyond = beyond(grid, heights_m);
+    let off_scan = off_scan_cells(grid, heights_m);
     let slopes = Slopes::of(grid, heights_m);
-    let levels = Levels::of(grid, heights_m, &slopes, &beyond);
-    let filled = filled(grid, heights_m, &beyond);
+    let levels = Levels::of(grid, heights_m, &slopes, &off_scan);
+    let filled = with_gaps_filled(grid, heights_m, &off_scan);
     let smooth = smoothed(grid, &filled);
-    let order = downhill(&smooth, &beyond);
+    let order = downhill(&smooth, &off_scan);
     let relief = Relief { grid, heights_m: &filled, smooth_m: &smooth, noise_m: slopes.noise_m };
     let prominence_m = (SIGMAS * slopes.noise_m).max(CELLS * grid.cell_m);
     let largest = levels.largest();
@@ -80,10 +80,10 @@ pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
     loop {
         let ground: Vec<bool> =
             levels.of.iter().map(|&part| part != NONE && is_ground[part as usize]).collect();
-        let tree = Tree::grown(&relief, &order, &ground, prominence_m);
+        let tree = PathTree::grown(&relief, &order, &ground, prominence_m);
         let joined = banks(&levels, &tree, &is_ground);
         if joined.is_empty() {
-            let terrain = terrain(grid, heights_m, &ground, slopes.reach);
+            let terrain = terrain_of(grid, heights_m, &ground, slopes.reach);
             return Ok(Hills { labels: components(grid, &tree), ground, terrain });
         }
         joined.into_iter().for_each(|part| is_ground[part] = true);
@@ -104,10 +104,10 @@ pub fn hills_and_holes(grid: &Grid, heights_m: &[f64], threads: usize) -> Result
 }
 
 /// The heights, with unseen cells between seen ones interpolated harmonically.
-fn filled(grid: &Grid, heights_m: &[f64], beyond: &[bool]) -> Vec<f64> {
+fn with_gaps_filled(grid: &Grid, heights_m: &[f64], off_scan: &[bool]) -> Vec<f64> {
     let mut filled = heights_m.to_vec();
     let gaps: Vec<usize> =
-        (0..grid.len()).filter(|&cell| heights_m[cell].is_nan() && !beyond[cell]).collect();
+        (0..grid.len()).filter(|&cell| heights_m[cell].is_nan() && !off_scan[cell]).collect();
     let known = || heights_m.iter().filter(|h| !h.is_nan());
     let (sum, count) = known().fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
     gaps.iter().for_each(|&cell| filled[cell] = sum / f64::max(count, 1.0));
@@ -130,9 +130,9 @@ fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
 }
 
 /// The cells from the highest down.
-fn downhill(heights_m: &[f64], beyond: &[bool]) -> Vec<u32> {
-    let cells = (0..).zip(heights_m).zip(beyond);
-    let seen = cells.filter(|((_, h), beyond)| !**beyond && !h.is_nan());
+fn downhill(heights_m: &[f64], off_scan: &[bool]) -> Vec<u32> {
+    let cells = (0..).zip(heights_m).zip(off_scan);
+    let seen = cells.filter(|((_, h), off_scan)| !**off_scan && !h.is_nan());
     let keyed = seen.map(|((row, h), _)| Keyed { key: !ascending(*h), row }).collect();
     sort_by_key(keyed).into_iter().map(|keyed| keyed.row).collect()
 }
@@ -144,7 +144,7 @@ fn ascending(value: f64) -> u64 {
 }
 
 /// The parts, not yet ground, from which most paths lead up to ground.
-fn banks(levels: &Levels, tree: &Tree, is_ground: &[bool]) -> Vec<usize> {
+fn banks(levels: &Levels, tree: &PathTree, is_ground: &[bool]) -> Vec<usize> {
     let mut above = vec![(0_usize, 0_usize); is_ground.len()];
     for (cell, &part) in levels.of.iter().enumerate().polled() {
         if part == NONE || is_ground[part as usize] || levels.edges[part as usize].is_top() {
@@ -166,7 +166,7 @@ const GROUND: u32 = 0;
 const NOTHING: u32 = u32::MAX;
 
 /// The merge tree of the heights: each cell joins its highest neighbour.
-struct Tree {
+struct PathTree {
     /// The node of each cell.
     of: Vec<u32>,
     /// The node that each node was joined to.
@@ -225,7 +225,7 @@ impl Relief<'_> {
     /// The uphill path leads to the highest cell around. Up a cliff it leads only from within a
     /// face, where there is a cliff downhill too: a slope that ends at the foot of a wall has its
     /// summit there.
-    fn around(&self, tree: &Tree, cell: usize) -> Around {
+    fn around(&self, tree: &PathTree, cell: usize) -> Around {
         let mut around = Around { near: [NOTHING; 9], count: 0, uphill: NOTHING };
         let (mut walked, mut climbed) =
             ((f64::NEG_INFINITY, NOTHING), (f64::NEG_INFINITY, NOTHING));
@@ -247,7 +247,7 @@ impl Relief<'_> {
     }
 }
 
-impl Tree {
+impl PathTree {
     fn grown(relief: &Relief<'_>, order: &[u32], ground: &[bool], prominence_m: f64) -> Self {
         let mut tree = Self {
             of: vec![NOTHING; ground.len()],
@@ -305,13 +305,13 @@ impl Tree {
 }
 
 /// Connected components of hill cells, numbered by size.
-fn components(grid: &Grid, tree: &Tree) -> Vec<i32> {
+fn components(grid: &Grid, tree: &PathTree) -> Vec<i32> {
     let hill = |cell: usize| match tree.root(cell) {
-        Some(GROUND) | None => NOBODY,
+        Some(GROUND) | None => UNLABELLED,
         Some(_) => 0,
     };
     let labels: Vec<i32> = (0..grid.len()).polled().map(hill).collect();
-    crate::pieces::pieces(grid, &labels, 0, 1)
+    crate::components::label_components(grid, &labels, 0, 1)
 }
 
 #[cfg(test)]
@@ -357,8 +357,8 @@ mod tests {
             let stands = on_it(x, y);
             let beside =
                 GRID.around(cell, 3).any(|n| on_it(GRID.center(n)[0], GRID.center(n)[1]) > 0.0);
-            assert!(label == NOBODY || beside, "{x} {y}: {stands} is no hill");
-            assert!(label != NOBODY || stands < 0.05, "{x} {y}: {stands} is a hill");
+            assert!(label == UNLABELLED || beside, "{x} {y}: {stands} is no hill");
+            assert!(label != UNLABELLED || stands < 0.05, "{x} {y}: {stands} is a hill");
             assert!(!hills.ground[cell] || stands < 0.05, "{x} {y}: {stands} is no ground");
         }
         assert!(hills.terrain.noise_m < 0.002, "{}", hills.terrain.noise_m);
@@ -385,7 +385,7 @@ mod tests {
         let labels = |slope: f64| found(|x, y| face(slope)(x, y) + cone(x, y)).labels;
         let on_face = |labels: &[i32]| {
             let cells = (0..GRID.len()).filter(|&cell| GRID.center(cell)[0] > 2.1);
-            cells.filter(|&cell| labels[cell] != NOBODY).count()
+            cells.filter(|&cell| labels[cell] != UNLABELLED).count()
         };
         assert_eq!(on_face(&labels(1.5)), 0);
         // As flat as this, it may be a heap that was cut off.
@@ -413,7 +413,7 @@ mod tests {
     /// The number of hills, and the places of the labelled cells.
     fn places(hills: &Hills) -> (i32, Vec<([f64; 2], i32)>) {
         let count = hills.labels.iter().max().unwrap() + 1;
-        let labelled = hills.labels.iter().enumerate().filter(|(_, n)| **n != NOBODY);
+        let labelled = hills.labels.iter().enumerate().filter(|(_, n)| **n != UNLABELLED);
         (count, labelled.map(|(cell, &n)| (GRID.center(cell), n)).collect())
     }
 
@@ -471,7 +471,7 @@ mod tests {
         let heights = (0..2000).map(|k| 0.0002 * f64::from(k));
         let height_m = heights.into_iter().find(|&h| prominence(h) >= prominence_m).unwrap();
         let found = hills(&GRID, &map(bump(height_m), noise_m)).unwrap();
-        found.labels.iter().any(|&n| n != NOBODY)
+        found.labels.iter().any(|&n| n != UNLABELLED)
     }
 
     #[test]
@@ -485,6 +485,6 @@ mod tests {
     fn a_height_for_each_cell_is_needed() {
         assert!(hills(&GRID, &[0.0; 3]).is_err());
         let unseen = hills(&GRID, &vec![f64::NAN; GRID.len()]).unwrap();
-        assert!(unseen.labels.iter().all(|&n| n == NOBODY));
+        assert!(unseen.labels.iter().all(|&n| n == UNLABELLED));
     }
 }

@@ -92,8 +92,8 @@ impl Edge {
 }
 
 impl Levels {
-    /// The levels of a height map; `beyond` are the cells outside the scan.
-    pub(crate) fn of(grid: &Grid, heights_m: &[f64], slopes: &Slopes, beyond: &[bool]) -> Self {
+    /// The levels of a height map; `off_scan` are the cells outside the scan.
+    pub(crate) fn of(grid: &Grid, heights_m: &[f64], slopes: &Slopes, off_scan: &[bool]) -> Self {
         let gentle = slopes.gentle.iter().zip(heights_m).map(|(&gentle, h)| gentle && !h.is_nan());
         let parts = components(grid, gentle.collect(), &FOUR);
         let largest = parts.iter().map(Vec::len).max().unwrap_or(0);
@@ -104,7 +104,7 @@ impl Levels {
         let candidate = |part: &Vec<usize>| part.len() >= fewest || on_plane(part);
         let parts: Vec<Vec<usize>> = parts.into_iter().filter(candidate).collect();
         let Slopes { noise_m, reach, .. } = *slopes;
-        let looker = Looker { grid, heights_m, beyond, noise_m, reach };
+        let looker = Looker { grid, heights_m, off_scan, noise_m, reach };
         let of = numbered(grid, parts.iter());
         let mut stamps = vec![NONE; grid.len()];
         let edges =
@@ -138,7 +138,7 @@ fn numbered<'a>(grid: &Grid, parts: impl Iterator<Item = &'a Vec<usize>>) -> Vec
 struct Looker<'a> {
     grid: &'a Grid,
     heights_m: &'a [f64],
-    beyond: &'a [bool],
+    off_scan: &'a [bool],
     noise_m: f64,
     /// Half-width, in cells, of the window in which a cell's slope is measured; no cell nearer to
     /// an edge is gentle.
@@ -243,7 +243,7 @@ impl Looker<'_> {
     fn look(&self, edge: &mut Edge, step: &Step, cliff: bool) {
         let (fall_m, clear_m) = (self.fall_m(step), self.clear_m(step));
         if fall_m.is_nan() {
-            edge.open += if self.beyond[step.cell] { 1.0 } else { 0.0 };
+            edge.open += if self.off_scan[step.cell] { 1.0 } else { 0.0 };
         } else if -fall_m > clear_m {
             edge.up += 1.0;
         } else if fall_m > clear_m {
@@ -272,11 +272,11 @@ impl Looker<'_> {
 mod tests {
     use super::*;
 
-    fn grid(columns: usize, rows: usize) -> Grid {
+    fn grid_of(columns: usize, rows: usize) -> Grid {
         Grid { origin_m: [0.0; 2], cell_m: 1.0, columns, rows }
     }
 
-    fn levels(grid: &Grid, height: impl Fn(f64, f64) -> f64) -> Levels {
+    fn levels_of(grid: &Grid, height: impl Fn(f64, f64) -> f64) -> Levels {
         let at = |cell: usize| height(grid.center(cell)[0], grid.center(cell)[1]);
         let heights: Vec<f64> = (0..grid.len()).map(at).collect();
         let slopes = Slopes::of(grid, &heights);
@@ -293,8 +293,9 @@ mod tests {
 
     #[test]
     fn a_part_of_few_cells_is_no_level() {
-        let count =
-            |width, length| levels(&grid(40, 40), plate(width, length, [10.0, 10.0])).edges.len();
+        let count = |width, length| {
+            levels_of(&grid_of(40, 40), plate(width, length, [10.0, 10.0])).edges.len()
+        };
         // A cell at the edge of a plate is not gentle: the windows reach one cell beyond.
         assert_eq!((count(8.0, 12.0), count(7.0, 8.0)), (2, 1));
     }
@@ -302,7 +303,7 @@ mod tests {
     #[test]
     fn of_a_scan_of_few_cells_a_tenth_is_a_level() {
         let count = |side: usize, width| {
-            levels(&grid(side, side), plate(width, width, [3.0, 3.0])).edges.len()
+            levels_of(&grid_of(side, side), plate(width, width, [3.0, 3.0])).edges.len()
         };
         // 22 of 225 cells: a plate six cells wide has 16 gentle ones, one of seven has 25.
         assert_eq!((count(15, 6.0), count(15, 7.0)), (1, 2));
@@ -312,8 +313,9 @@ mod tests {
 
     #[test]
     fn nor_is_one_of_a_small_share_of_the_largest() {
-        let count =
-            |width, length| levels(&grid(100, 100), plate(width, length, [10.0, 10.0])).edges.len();
+        let count = |width, length| {
+            levels_of(&grid_of(100, 100), plate(width, length, [10.0, 10.0])).edges.len()
+        };
         assert_eq!((count(17.0, 20.0), count(12.0, 17.0)), (2, 1));
     }
 
@@ -321,14 +323,14 @@ mod tests {
     fn unless_it_lies_on_the_ground_plane() {
         let count = |floor_m: f64| {
             let flank = move |x: f64, y: f64| floor_m + 0.6 * (x.max(y) - 7.0).max(0.0);
-            levels(&grid(40, 40), flank).edges.len()
+            levels_of(&grid_of(40, 40), flank).edges.len()
         };
         assert_eq!((count(0.0), count(0.5)), (1, 0));
     }
 
     #[test]
     fn the_edge_of_a_plate_goes_down_a_cliff_and_that_of_a_floor_up() {
-        let levels = levels(&grid(40, 40), plate(14.0, 14.0, [13.0, 13.0]));
+        let levels = levels_of(&grid_of(40, 40), plate(14.0, 14.0, [13.0, 13.0]));
         let (floor, plate) = (levels.edges[0], levels.edges[1]);
         assert!(floor.is_ground(400) && !floor.is_top() && !floor.is_lid(floor.cells), "{floor:?}");
         assert!(plate.is_top() && plate.is_lid(floor.cells) && !plate.is_ground(400), "{plate:?}");
@@ -345,7 +347,7 @@ mod tests {
                 let floor = if off < dark { f64::NAN } else { 0.0 };
                 if off < 0.0 { high } else { floor }
             };
-            let levels = levels(&grid(40, 40), height);
+            let levels = levels_of(&grid_of(40, 40), height);
             let plate = levels.edges.iter().find(|edge| edge.cells < 400).copied().unwrap();
             (plate.cliff, plate.down)
         };
@@ -358,7 +360,7 @@ mod tests {
     #[test]
     fn a_bank_is_neither_level_beside_it() {
         let bank = |x: f64, _: f64| (0.6 * (x - 15.0)).clamp(0.0, 6.0);
-        let levels = levels(&grid(40, 20), bank);
+        let levels = levels_of(&grid_of(40, 20), bank);
         let [low, high] = levels.edges[..] else { panic!("{:?}", levels.edges) };
         assert!(low.down == 0.0 && low.up > 0.0 && high.up == 0.0 && high.down > 0.0);
         assert!(high.cliff == 0.0 && low.is_ground(400) && low.open > 0.0);
@@ -372,8 +374,8 @@ mod tests {
             if (x - 50.0).abs().max((y - 50.0).abs()) < 16.0 { rise } else { 0.0 }
         };
         let count = |rise: f64, heap: &dyn Fn(f64, f64) -> f64| {
-            let floor = grid(200, 200);
-            levels(&floor, |x, y| slab(x, y, rise) + heap(x, y)).edges.len()
+            let floor = grid_of(200, 200);
+            levels_of(&floor, |x, y| slab(x, y, rise) + heap(x, y)).edges.len()
         };
         // 700 cells of the slab are seen; a fiftieth of the floor is 780.
         assert_eq!((count(1.5, &heap), count(9.0, &heap), count(0.0, &heap)), (2, 2, 1));
@@ -381,7 +383,7 @@ mod tests {
             let off = (x - 50.0).abs().max((y - 50.0).abs());
             (0.75 * (24.0 - off)).clamp(0.0, 6.0)
         };
-        let lies = levels(&grid(200, 200), |x, y| flank(x, y) + heap(x, y));
+        let lies = levels_of(&grid_of(200, 200), |x, y| flank(x, y) + heap(x, y));
         assert!(lies.edges.iter().all(|edge| edge.cliff == 0.0), "{:?}", lies.edges);
     }
 
@@ -427,14 +429,14 @@ mod tests {
 
     #[test]
     fn a_step_within_the_noise_is_none() {
-        let grid = grid(9, 1);
+        let grid = grid_of(9, 1);
         let seen = |rise: f64| {
             let heights_m: Vec<f64> = (0..9).map(|x| if x < 5 { 0.0 } else { rise }).collect();
-            let beyond = [false; 9];
+            let off_scan = [false; 9];
             let looker = Looker {
                 grid: &grid,
                 heights_m: &heights_m,
-                beyond: &beyond,
+                off_scan: &off_scan,
                 noise_m: 1.0,
                 reach: 1,
             };

@@ -21,7 +21,7 @@ use levels::{Levels, NONE};
 use walk::{Reach, mean, walk};
 
 use crate::error::Result;
-use crate::extent::beyond;
+use crate::extent::off_scan_cells;
 use crate::heightmap::{Grid, bounds};
 use crate::parallel::fill_chunks;
 use crate::slopes::Slopes;
@@ -82,7 +82,7 @@ pub fn surface_points_on<'a>(
 ) -> Result<Vec<bool>> {
     let (points, threads) = (points.into(), thread_count(threads));
     let grid = Grid::over(&bounds(points)?, cell_m, points.len())?;
-    let taken = taken(points, grid, noise_m, anywhere, threads);
+    let taken = taken_points(points, grid, noise_m, anywhere, threads);
     let mut mask = vec![false; points.len()];
     fill_chunks(&mut mask, CHUNK, threads, |first, piece| {
         let places = points.within(first..first + piece.len());
@@ -92,7 +92,7 @@ pub fn surface_points_on<'a>(
 }
 
 /// The surface points of each cell.
-fn taken(
+fn taken_points(
     points: Places<'_>,
     grid: Grid,
     noise_m: f64,
@@ -129,7 +129,7 @@ fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64, threads: usize) 
 /// Heights of the large gentle parts of the lowest layer, in m; NaN elsewhere.
 fn seeds(grid: &Grid, lowest: &[f64]) -> Vec<f64> {
     let slopes = Slopes::of(grid, lowest);
-    let levels = Levels::of(grid, lowest, &slopes, &beyond(grid, lowest));
+    let levels = Levels::of(grid, lowest, &slopes, &off_scan_cells(grid, lowest));
     let largest = levels.largest();
     let seed = |cell: usize| match levels.of[cell] {
         NONE => f64::NAN,

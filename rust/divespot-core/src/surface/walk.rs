@@ -35,7 +35,7 @@ pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reac
             if !heights_m[n].is_nan() {
                 continue;
             }
-            let expected = expected(&columns.grid, heights_m, n, cell, reach.far_m);
+            let expected = expected_from(&columns.grid, heights_m, n, cell, reach.far_m);
             let near = columns.between(n, expected - reach.far_m, expected + reach.far_m);
             if near.len() >= needs[n] as usize {
                 heights_m[n] = mean(near);
@@ -64,7 +64,7 @@ impl Reach {
 }
 
 /// Mean height of the settled cells around one that lie on the surface the walk comes from.
-fn expected(grid: &Grid, heights_m: &[f64], cell: usize, from: usize, reach_m: f64) -> f64 {
+fn expected_from(grid: &Grid, heights_m: &[f64], cell: usize, from: usize, reach_m: f64) -> f64 {
     let known = grid.around(cell, 1).map(|n| heights_m[n]);
     let same = known.filter(|h| (h - heights_m[from]).abs() <= 2.0 * reach_m);
     let (sum, count) = same.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));

@@ -9,7 +9,7 @@ use crate::cancel::Polled;
 use crate::parallel::{fill_chunks, share};
 use crate::{Places, Point};
 
-use super::lattice::{Grid, Sums, Voxels};
+use super::lattice::{Grid, VoxelSums, Voxels};
 
 /// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
@@ -81,7 +81,7 @@ pub(super) fn voxels(
         }
     });
     let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count] };
-    let slabs = slabs(&words, &mut voxels, threads);
+    let slabs = slabs_of(&words, &mut voxels, threads);
     share(slabs.into_iter(), threads, |slab| slab.fill(points, &bits, &words, grid, &layout));
     Some((voxels, rows))
 }
@@ -126,7 +126,7 @@ struct Slab<'a> {
 }
 
 /// One slab for each thread, with roughly equal numbers of voxels.
-fn slabs<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a>> {
+fn slabs_of<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a>> {
     let count = out.counts.len();
     let (mut means, mut counts) = (&mut out.means[..], &mut out.counts[..]);
     let mut first = 0;
@@ -145,10 +145,10 @@ fn slabs<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a
 }
 
 impl Slab<'_> {
-    /// Sums the points of these voxels and writes their means.
+    /// VoxelSums the points of these voxels and writes their means.
     fn fill(self, points: Places<'_>, bits: &[u32], words: &[Word], grid: &Grid, layout: &Layout) {
         let Some(first) = words.get(self.words.start) else { return };
-        let mut sums = vec![Sums::default(); self.counts.len()];
+        let mut sums = vec![VoxelSums::default(); self.counts.len()];
         for (bit, p) in bits.iter().zip(points.iter()).polled() {
             let word = (bit / 64) as usize;
             if self.words.contains(&word) {

@@ -71,13 +71,13 @@ impl Grid {
 
 /// The sums of one voxel's points.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sums {
-    /// Sums of the distances from the voxel's corner along each axis.
+pub(super) struct VoxelSums {
+    /// VoxelSums of the distances from the voxel's corner along each axis.
     pub(super) xyz: [i64; 3],
     pub(super) count: u32,
 }
 
-impl Sums {
+impl VoxelSums {
     #[inline]
     pub(super) fn add(&mut self, inside: [i32; 3]) {
         (0..3).for_each(|k| self.xyz[k] += i64::from(inside[k]));

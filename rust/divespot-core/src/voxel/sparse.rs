@@ -4,7 +4,7 @@ use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::map_chunks;
 use crate::{Places, Point};
 
-use super::lattice::{Grid, Sums, Voxels};
+use super::lattice::{Grid, VoxelSums, Voxels};
 
 /// Voxels for a thread at a time. Decides no answer.
 const CHUNK: usize = 1024;
@@ -60,7 +60,7 @@ fn sort_by_axis(points: Places<'_>, grid: &Grid) -> Vec<Keyed> {
 /// The mean of the points in one voxel, and their number.
 fn mean(points: Places<'_>, grid: &Grid, rows: &[Keyed]) -> (Point, u32) {
     let cell = grid.cell(&points.at(rows[0].row as usize));
-    let mut sums = Sums::default();
+    let mut sums = VoxelSums::default();
     rows.iter().for_each(|row| sums.add(grid.inside(cell, &points.at(row.row as usize))));
     (sums.mean(grid, cell), sums.count)
 }

@@ -42,7 +42,7 @@ enum Kind {
 
 /// A fold or a step, added to a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Crease {
+pub(crate) struct Breakline {
     kind: Kind,
     pub(crate) line: Line,
     /// Height of the step in m, and change of slope across the fold as rise over run.
@@ -66,7 +66,7 @@ impl Line {
     }
 
     /// Signed distance from the line, in m.
-    pub(crate) fn beyond(self, x: f64, y: f64) -> f64 {
+    pub(crate) fn across(self, x: f64, y: f64) -> f64 {
         x * self.across[0] + y * self.across[1] - self.at_m
     }
 }
@@ -82,21 +82,21 @@ impl Kind {
 
     /// Height added by a unit step or fold at a signed distance, averaged over a square of this
     /// width.
-    fn value(self, beyond: f64, width_m: f64) -> f64 {
+    fn value(self, across: f64, width_m: f64) -> f64 {
         match self {
-            Self::Fold => beyond.max(0.0),
-            Self::Step => (beyond / width_m + 0.5).clamp(0.0, 1.0),
+            Self::Fold => across.max(0.0),
+            Self::Step => (across / width_m + 0.5).clamp(0.0, 1.0),
         }
     }
 }
 
-impl Crease {
+impl Breakline {
     /// The breakline in an annulus of cells (x, y, height, relative to its centre) of width
     /// `cell_m`, if there is one.
     ///
     /// It must fit clearly better than a smoothly bent floor with as many parameters.
-    pub(crate) fn found(ring: &[[f64; 3]], cell_m: f64) -> Option<Self> {
-        let nodes = Nodes::of(ring);
+    pub(crate) fn found(annulus: &[[f64; 3]], cell_m: f64) -> Option<Self> {
+        let nodes = Nodes::of(annulus);
         let plane = nodes.basis(|x, y| vec![1.0, x, y])?;
         let bent = nodes.basis(|x, y| vec![1.0, x, y, x * x, y * y, x * y])?;
         let left = without(&plane, &nodes.heights);
@@ -104,15 +104,16 @@ impl Crease {
         if smooth.norm_squared() <= nodes.roots.norm_squared() * (NOTICED * nodes.noise_m).powi(2) {
             return None;
         }
-        let crease = Self::best(&nodes, &plane, &left).filter(|crease| crease.is_floor(&nodes))?;
-        let clear = crease.leaves(&nodes, &plane, &left, &smooth) < CLEARER;
-        clear.then(|| crease.settled(ring, cell_m, &nodes, &plane, &left))
+        let breakline =
+            Self::best(&nodes, &plane, &left).filter(|breakline| breakline.is_floor(&nodes))?;
+        let clear = breakline.leaves(&nodes, &plane, &left, &smooth) < CLEARER;
+        clear.then(|| breakline.settled(annulus, cell_m, &nodes, &plane, &left))
     }
 
     /// The height that the breakline adds to the plane at a place, in m.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
-        let beyond = self.line.beyond(x, y);
-        let value = |kind: Kind| self.rises[kind as usize] * kind.value(beyond, self.width_m);
+        let across = self.line.across(x, y);
+        let value = |kind: Kind| self.rises[kind as usize] * kind.value(across, self.width_m);
         value(Kind::Step) + value(Kind::Fold)
     }
 
@@ -125,7 +126,7 @@ impl Crease {
     /// The best breakline for `left`, the residuals of the plane.
     fn best(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>) -> Option<Self> {
         let cost = |kind: Kind, line: Line| {
-            let across = across(nodes, plane, kind, line);
+            let across = residuals_across(nodes, plane, kind, line);
             -across.dot(left).powi(2) / across.norm_squared().max(f64::MIN_POSITIVE)
         };
         let tried = lines(nodes)
@@ -134,7 +135,7 @@ impl Crease {
         let (_, kind, line) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let turn = std::f64::consts::PI / f64::from(DIRECTIONS);
         let line = moved(line, nodes.size_m / f64::from(PLACES), turn, |line| cost(kind, line));
-        let rises = kind.rises(rise(nodes, plane, left, kind, line));
+        let rises = kind.rises(rise_of(nodes, plane, left, kind, line));
         Some(Self { kind, line, rises, width_m: nodes.step_m })
     }
 
@@ -157,8 +158,8 @@ impl Crease {
         left: &DVector<f64>,
         smooth: &DVector<f64>,
     ) -> f64 {
-        let rest =
-            left - across(nodes, plane, self.kind, self.line) * self.rises[self.kind as usize];
+        let rest = left
+            - residuals_across(nodes, plane, self.kind, self.line) * self.rises[self.kind as usize];
         let most = STRAY * scale(rest.iter().copied());
         let squares = |v: &DVector<f64>| v.iter().map(|r| r.abs().min(most).powi(2)).sum::<f64>();
         squares(&rest) / squares(smooth)
@@ -168,7 +169,7 @@ impl Crease {
     /// capped at [`STRAY`] standard deviations.
     fn settled(
         mut self,
-        ring: &[[f64; 3]],
+        annulus: &[[f64; 3]],
         cell_m: f64,
         nodes: &Nodes,
         plane: &DMatrix<f64>,
@@ -181,13 +182,13 @@ impl Crease {
             };
             let most = STRAY * nodes.noise_m;
             let cost = |line: Line| {
-                let crease = Self { line, width_m: cell_m, ..self };
+                let breakline = Self { line, width_m: cell_m, ..self };
                 let off =
-                    |&[x, y, z]: &[f64; 3]| z - level - along * x - across * y - crease.at(x, y);
-                ring.iter().map(|p| off(p).abs().min(most).powi(2)).sum()
+                    |&[x, y, z]: &[f64; 3]| z - level - along * x - across * y - breakline.at(x, y);
+                annulus.iter().map(|p| off(p).abs().min(most).powi(2)).sum()
             };
             let line = moved(self.line, nodes.step_m, nodes.step_m / nodes.size_m, cost);
-            let rise = rise(nodes, plane, left, self.kind, line);
+            let rise = rise_of(nodes, plane, left, self.kind, line);
             self = Self { line, rises: self.kind.rises(rise), width_m: cell_m, ..self };
         }
         self
@@ -195,13 +196,19 @@ impl Crease {
 }
 
 /// A unit breakline less its least-squares plane.
-fn across(nodes: &Nodes, plane: &DMatrix<f64>, kind: Kind, line: Line) -> DVector<f64> {
-    without(plane, &nodes.values(|x, y| kind.value(line.beyond(x, y), nodes.step_m)))
+fn residuals_across(nodes: &Nodes, plane: &DMatrix<f64>, kind: Kind, line: Line) -> DVector<f64> {
+    without(plane, &nodes.values(|x, y| kind.value(line.across(x, y), nodes.step_m)))
 }
 
 /// The least-squares rise of the breakline for `left`.
-fn rise(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>, kind: Kind, line: Line) -> f64 {
-    let across = across(nodes, plane, kind, line);
+fn rise_of(
+    nodes: &Nodes,
+    plane: &DMatrix<f64>,
+    left: &DVector<f64>,
+    kind: Kind,
+    line: Line,
+) -> f64 {
+    let across = residuals_across(nodes, plane, kind, line);
     across.dot(left) / across.norm_squared().max(f64::MIN_POSITIVE)
 }
 
@@ -209,7 +216,7 @@ fn rise(nodes: &Nodes, plane: &DMatrix<f64>, left: &DVector<f64>, kind: Kind, li
 fn lines(nodes: &Nodes) -> Vec<Line> {
     let along = |angle_rad: f64| {
         let line = Line::new(angle_rad, 0.0);
-        let mut off: Vec<f64> = nodes.places.iter().map(|p| line.beyond(p[0], p[1])).collect();
+        let mut off: Vec<f64> = nodes.places.iter().map(|p| line.across(p[0], p[1])).collect();
         off.sort_unstable_by(f64::total_cmp);
         let end = |share: f64| off[(share * (off.len() - 1) as f64) as usize];
         let (low, high) = (end(LEAST_SIDE), end(1.0 - LEAST_SIDE));
@@ -247,7 +254,7 @@ mod tests {
     const CELL: f64 = 0.0137;
 
     /// The cells between 0.45 m and 0.56 m from the centre, on an unaligned raster.
-    fn ring(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
+    fn annulus(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
         let at = |i: i32| 0.0031 + f64::from(i) * CELL;
         let places = (-45..45).flat_map(|i| (-45..45).map(move |j| (at(i), at(j))));
         let on = |&(x, y): &(f64, f64)| (0.45..0.56).contains(&x.hypot(y));
@@ -265,8 +272,8 @@ mod tests {
 
     /// Mean error of the base over the disc within the annulus, in m.
     fn error(height: impl Fn(f64, f64) -> f64 + Copy) -> f64 {
-        let mut local = ring(height);
-        let bend = Crease::found(&local, CELL);
+        let mut local = annulus(height);
+        let bend = Breakline::found(&local, CELL);
         let bend_at = |x: f64, y: f64| bend.map_or(0.0, |b| b.at(x, y));
         local.iter_mut().for_each(|p| p[2] -= bend_at(p[0], p[1]));
         let plane = Nodes::of(&local).plane_under(|_, _| 0.0).unwrap();
@@ -285,7 +292,7 @@ mod tests {
         for (angle, at) in [(0.0, 0.0), (0.5, 0.2), (1.3, -0.15), (2.9, 0.1), (0.03, -0.21)] {
             let line = Edge { angle, at };
             let off =
-                error(|x, y| 0.7 + 0.02 * x + if line.beyond(x, y) > 0.0 { 0.03 } else { 0.0 });
+                error(|x, y| 0.7 + 0.02 * x + if line.across(x, y) > 0.0 { 0.03 } else { 0.0 });
             assert!(off.abs() < 4e-4, "{angle} {at}: {off}");
         }
     }
@@ -294,7 +301,7 @@ mod tests {
     fn a_fold_up_or_down_is_found() {
         for (slope, at) in [(0.05, 0.0), (-0.05, 0.2), (0.08, -0.1)] {
             let line = Edge { angle: 0.7, at };
-            let off = error(|x, y| 0.7 - 0.01 * y + slope * line.beyond(x, y).max(0.0));
+            let off = error(|x, y| 0.7 - 0.01 * y + slope * line.across(x, y).max(0.0));
             assert!(off.abs() < 3e-4, "{slope} {at}: {off}");
         }
     }
@@ -306,17 +313,17 @@ mod tests {
             |x, y| 0.03 * (x * x - y * y),
             |x, y| 0.03 * (x * x + y * y),
         ] {
-            assert_eq!(Crease::found(&ring(height), CELL), None);
+            assert_eq!(Breakline::found(&annulus(height), CELL), None);
         }
     }
 
     #[test]
     fn debris_and_the_foot_of_a_wall_are_no_bend() {
         let debris = |x: f64, y: f64| if (x - 0.5).hypot(y) < 0.06 { 0.05 } else { 0.0 };
-        let bend = Crease::found(&ring(debris), CELL);
+        let bend = Breakline::found(&annulus(debris), CELL);
         assert!(bend.is_none_or(|bend| bend.at(0.0, 0.0).abs() < 1e-3), "{bend:?}");
         let wall = |x: f64, _| if x > 0.5 { 3.0 * (x - 0.5) } else { 0.0 };
-        let bend = Crease::found(&ring(wall), CELL);
+        let bend = Breakline::found(&annulus(wall), CELL);
         assert!(bend.is_none_or(|bend| bend.at(0.0, 0.0).abs() < 1e-3), "{bend:?}");
     }
 
@@ -326,7 +333,7 @@ mod tests {
     }
 
     impl Edge {
-        fn beyond(&self, x: f64, y: f64) -> f64 {
+        fn across(&self, x: f64, y: f64) -> f64 {
             x * self.angle.cos() + y * self.angle.sin() - self.at
         }
     }

@@ -7,7 +7,7 @@
 
 use crate::Point;
 use crate::hypotenuse::Hypotenuse;
-use crate::nearest::Tree;
+use crate::nearest::KdTree;
 use crate::parallel::map_chunks;
 
 /// Neighbours in plan that are compared with a point: those around it on a square grid.
@@ -39,7 +39,7 @@ const CHUNK: usize = 256;
 ///
 /// ```
 /// use divespot_core::Point;
-/// use divespot_core::strays::surface_mask;
+/// use divespot_core::surface_outliers::surface_mask;
 ///
 /// // A floor of 40 by 40 points, 2 cm apart.
 /// let mut points: Vec<Point> =
@@ -86,7 +86,7 @@ struct Left<'a> {
 impl<'a> Left<'a> {
     fn of(points: &'a [Point], threads: usize) -> Self {
         let plan: Vec<Point> = points.iter().map(|p| [p[0], p[1], 0.0]).collect();
-        let tree = Tree::new(&plan, LEAF, threads);
+        let tree = KdTree::new(&plan, LEAF, threads);
         let known = |row: usize| -> Vec<u32> {
             let found = tree.nearest_rows(&plan[row], KNOWN + 1);
             found.into_iter().filter(|&other| other as usize != row).take(KNOWN).collect()

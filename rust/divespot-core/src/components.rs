@@ -4,7 +4,7 @@
 //! get a toe of its own.
 
 use crate::cancel::Polled;
-use crate::connectivity::NOBODY;
+use crate::connectivity::UNLABELLED;
 use crate::heightmap::Grid;
 
 /// Splits every object into components with no gap wider than `gap` cells, numbered by size.
@@ -23,7 +23,7 @@ use crate::heightmap::Grid;
 /// assert_eq!(labels, [0, 0, -1, -1, 1, -1]);
 /// ```
 #[must_use]
-pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> {
+pub fn label_components(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> {
     let mut left = labels.to_vec();
     let mut found: Vec<Vec<usize>> = (0..labels.len())
         .polled()
@@ -31,7 +31,7 @@ pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> 
         .filter(|piece| piece.len() >= fewest)
         .collect();
     found.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
-    let mut out = vec![NOBODY; labels.len()];
+    let mut out = vec![UNLABELLED; labels.len()];
     for (label, piece) in (0..).zip(found) {
         piece.into_iter().for_each(|cell| out[cell] = label);
     }
@@ -40,8 +40,8 @@ pub fn pieces(grid: &Grid, labels: &[i32], gap: u32, fewest: usize) -> Vec<i32> 
 
 /// The component that holds `first`, removed from `left`.
 fn take_piece(grid: &Grid, left: &mut [i32], first: usize, gap: u32) -> Option<Vec<usize>> {
-    let label = std::mem::replace(&mut left[first], NOBODY);
-    if label == NOBODY {
+    let label = std::mem::replace(&mut left[first], UNLABELLED);
+    if label == UNLABELLED {
         return None;
     }
     let reach = gap as usize + 1;
@@ -50,7 +50,7 @@ fn take_piece(grid: &Grid, left: &mut [i32], first: usize, gap: u32) -> Option<V
     while next < piece.len() {
         for n in grid.around(piece[next], reach).polled() {
             if left[n] == label {
-                left[n] = NOBODY;
+                left[n] = UNLABELLED;
                 piece.push(n);
             }
         }
@@ -76,8 +76,8 @@ mod tests {
             1, 1, -1, 1, -1, -1, -1, 0, 0, 0,
             1, 1, -1, -1, -1, -1, -1, 0, 0, 0,
         ];
-        assert_eq!(pieces(&grid, &labels, 1, 2), whole);
-        assert_eq!(pieces(&grid, &labels, 1, 7), [-1; 20]);
-        assert_eq!(pieces(&grid, &labels, 2, 6)[16], 0);
+        assert_eq!(label_components(&grid, &labels, 1, 2), whole);
+        assert_eq!(label_components(&grid, &labels, 1, 7), [-1; 20]);
+        assert_eq!(label_components(&grid, &labels, 2, 6)[16], 0);
     }
 }

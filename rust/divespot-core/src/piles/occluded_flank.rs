@@ -13,14 +13,14 @@ use super::repose::Repose;
 use super::scene::Scene;
 use crate::cancel::{Polled, poll};
 use crate::connectivity::spread;
-use crate::connectivity::{EIGHT, FOUR, NOBODY};
+use crate::connectivity::{EIGHT, FOUR, UNLABELLED};
 use crate::extent::NEAR;
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 
 /// The unseen cells that are connected to the map's edge or to a seen cell outside the `object`.
 /// Unseen cells that the object encloses are gaps in it, not its shadow.
-pub(crate) fn open(
+pub(crate) fn open_cells(
     grid: &Grid,
     unseen: impl Fn(usize) -> bool,
     object: impl Fn(usize) -> bool,
@@ -77,7 +77,7 @@ impl Flank {
         slope: impl Fn(i32) -> f64,
         unseen: impl Fn(usize) -> bool,
     ) -> Self {
-        let nothing = vec![NOBODY; grid.len()];
+        let nothing = vec![UNLABELLED; grid.len()];
         let mut flank = Self { owner: nothing, above_m: vec![0.0; grid.len()] };
         // Positive floats sort as their bits do. Of equal heights that of the first rim wins.
         let mut best = vec![(0, Reverse(usize::MAX)); grid.len()];
@@ -98,7 +98,7 @@ impl Flank {
         (0..rims.len()).for_each(|rim| reach(&mut heap, rims[rim].last, rim));
         while let Some((bits, Reverse(cell), Reverse(rim))) = heap.pop() {
             poll();
-            if flank.owner[cell] == NOBODY {
+            if flank.owner[cell] == UNLABELLED {
                 flank.owner[cell] = rims[rim].owner;
                 flank.above_m[cell] = f64::from_bits(bits);
                 reach(&mut heap, cell, rim);
@@ -114,7 +114,7 @@ fn distance(grid: &Grid, a: usize, b: usize) -> f64 {
 }
 
 /// The cells of `object` that border on unseen ones, as starts of flanks.
-pub(crate) fn rims(
+pub(crate) fn rims_of(
     grid: &Grid,
     object: impl Iterator<Item = (usize, i32)>,
     edge: Edge,
@@ -158,31 +158,31 @@ fn square(grid: &Grid, cell: usize, reach: isize) -> impl Iterator<Item = Option
 /// The labels, extended over the unseen cells that the piles' flanks run down over.
 ///
 /// `piles` holds the bases of the objects that are piles: only they stand at an angle of repose.
-pub(crate) fn with_hidden_flanks(
+pub(crate) fn with_occluded_flanks(
     scene: &Scene<'_>,
     labels: &[i32],
     piles: &BTreeMap<i32, Base>,
 ) -> Vec<i32> {
     let grid = scene.grid;
     let unseen = |cell: usize| {
-        scene.heights_m[cell].is_nan() && !scene.beyond[cell] && !scene.faces.bars[cell]
+        scene.heights_m[cell].is_nan() && !scene.off_scan[cell] && !scene.faces.bars[cell]
     };
-    let open = open(grid, unseen, |cell| labels[cell] != NOBODY);
+    let open = open_cells(grid, unseen, |cell| labels[cell] != UNLABELLED);
     let above = |label: i32, cell: usize| {
         piles.get(&label).map_or(f64::NAN, |b| scene.heights_m[cell] - b.at(grid.center(cell)))
     };
     let labelled = labels.iter().copied().enumerate().filter(|(_, n)| piles.contains_key(n));
-    let rims = rims(grid, labelled, Edge::Last, above, |cell| open[cell]);
-    let slopes = slopes(grid, labels, &rims, above);
+    let rims = rims_of(grid, labelled, Edge::Last, above, |cell| open[cell]);
+    let slopes = slopes_of(grid, labels, &rims, above);
     let slope = |label: i32| slopes.get(&label).map_or(f64::INFINITY, |r: &Repose| r.slope);
     let flank = Flank::down(grid, &rims, slope, |cell| open[cell]);
     let owner =
-        |(cell, &label): (usize, &i32)| if label == NOBODY { flank.owner[cell] } else { label };
+        |(cell, &label): (usize, &i32)| if label == UNLABELLED { flank.owner[cell] } else { label };
     labels.iter().enumerate().map(owner).collect()
 }
 
 /// The angle of repose of every pile that has a rim.
-fn slopes(
+fn slopes_of(
     grid: &Grid,
     labels: &[i32],
     rims: &[Rim],
@@ -218,6 +218,9 @@ mod tests {
             let highest = rims.iter().map(from).fold(0.0, f64::max);
             assert!((flank.above_m[cell] - highest).abs() < 1e-9, "{:?}", GRID.center(cell));
         }
-        assert_eq!((flank.owner[46], flank.owner[195], flank.owner[399]), (NOBODY, 3, NOBODY));
+        assert_eq!(
+            (flank.owner[46], flank.owner[195], flank.owner[399]),
+            (UNLABELLED, 3, UNLABELLED)
+        );
     }
 }

@@ -2,11 +2,11 @@
 
 use super::bank;
 use super::base::Base;
-use super::part::Part;
+use super::coverage::Coverage;
+use super::nearest_label::NearestLabel;
 use super::scene::Scene;
-use super::territory::Territory;
 use crate::cancel::{Polled, poll};
-use crate::connectivity::{NOBODY, flood};
+use crate::connectivity::{UNLABELLED, flood};
 use crate::heightmap::Grid;
 
 /// The zone of a cell relative to the object.
@@ -19,19 +19,19 @@ pub(crate) enum Zone {
     /// Near enough to the core to hold the object's toe.
     Toe,
     /// The annulus of ground around the toe, which carries the base.
-    Ring,
+    Annulus,
     /// Ground beyond the annulus, used only by the kriging.
-    Beyond,
+    Far,
 }
 
 /// A window of the height map with the zone of every cell.
 #[derive(Debug, Clone)]
-pub(crate) struct Patch {
+pub(crate) struct Window {
     pub(crate) grid: Grid,
     pub(crate) heights_m: Vec<f64>,
     pub(crate) zones: Vec<Zone>,
     /// Cells beyond the scan's edge.
-    pub(crate) beyond: Vec<bool>,
+    pub(crate) off_scan: Vec<bool>,
     /// Cells on the border of the whole map: there the toe of a core cell is cut off.
     pub(crate) border: Vec<bool>,
     /// Cells at which a face rises.
@@ -51,16 +51,16 @@ pub(crate) struct Patch {
     /// The plane through the annulus, if it was fitted; valid while the core is unchanged.
     pub(crate) plane: Option<Base>,
     /// The counted part of each cell, where an outline or wall cuts cells.
-    parts: Option<Vec<Part>>,
+    parts: Option<Vec<Coverage>>,
 }
 
 /// The widths of the zones around an object's core, in steps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reach {
     pub(crate) toe: u32,
-    pub(crate) ring: u32,
+    pub(crate) annulus: u32,
     /// Beyond the annulus.
-    pub(crate) beyond: u32,
+    pub(crate) far: u32,
 }
 
 /// Width of the ground used by the kriging, as a share of the edge of a square as large as the
@@ -81,52 +81,52 @@ impl Reach {
         }
         let reach = |&cells: &u32| {
             let share = |share: f64| (share * f64::from(cells).sqrt()) as u32;
-            let ring = share(ring_share).max(FEWEST_STEPS);
-            Self { toe, ring, beyond: share(WAVES_SHARE).saturating_sub(ring) }
+            let annulus = share(ring_share).max(FEWEST_STEPS);
+            Self { toe, annulus, far: share(WAVES_SHARE).saturating_sub(annulus) }
         };
         cells.iter().map(reach).collect()
     }
 
     /// Steps to the farthest cell that is used.
     pub(crate) fn farthest(self) -> u32 {
-        self.toe + self.ring + self.beyond
+        self.toe + self.annulus + self.far
     }
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Window {
+struct Rectangle {
     columns: (usize, usize),
     rows: (usize, usize),
 }
 
-impl Patch {
+impl Window {
     /// One window for each label that has cells, in the order of labels.
     pub(crate) fn all(
         scene: &Scene<'_>,
         labels: &[i32],
-        territory: &Territory,
+        nearest: &NearestLabel,
         reach: &[Reach],
     ) -> Vec<(i32, Self)> {
-        let windows = windows(scene.grid, territory, reach);
+        let rectangles = rectangles_of(scene.grid, nearest, reach);
         let labelled = (0i32..)
-            .zip(windows.into_iter().zip(reach))
-            .filter_map(|(label, (window, reach))| Some((label, window?, *reach)));
+            .zip(rectangles.into_iter().zip(reach))
+            .filter_map(|(label, (rectangle, reach))| Some((label, rectangle?, *reach)));
         labelled
-            .map(|(label, window, reach)| {
+            .map(|(label, rectangle, reach)| {
                 poll();
-                let cells = window.cells(scene.grid);
-                let zones = zones(&cells, territory, reach, label);
-                let mut patch = Self::cut(scene, &cells, zones, window);
-                patch.fill_enclosed(|i| ![NOBODY, label].contains(&labels[cells[i]]));
-                (label, patch)
+                let cells = rectangle.cells(scene.grid);
+                let zones = zones_of(&cells, nearest, reach, label);
+                let mut window = Self::cut(scene, &cells, zones, rectangle);
+                window.fill_enclosed(|i| ![UNLABELLED, label].contains(&labels[cells[i]]));
+                (label, window)
             })
             .collect()
     }
 
-    fn cut(scene: &Scene<'_>, cells: &[usize], zones: Vec<Zone>, window: Window) -> Self {
+    fn cut(scene: &Scene<'_>, cells: &[usize], zones: Vec<Zone>, rectangle: Rectangle) -> Self {
         let [x, y] = scene.grid.center(cells[0]);
         let half = 0.5 * scene.grid.cell_m;
-        let [columns, rows] = window.size();
+        let [columns, rows] = rectangle.size();
         Self {
             grid: Grid { origin_m: [x - half, y - half], columns, rows, ..*scene.grid },
             heights_m: cells.iter().map(|&cell| scene.heights_m[cell]).collect(),
@@ -138,7 +138,7 @@ impl Patch {
             mixed: cells.iter().map(|&cell| scene.faces.walls.mixed[cell]).collect(),
             bars: cells.iter().map(|&cell| scene.faces.bars[cell]).collect(),
             banks: cells.iter().map(|&cell| scene.banks[cell]).collect(),
-            beyond: cells.iter().map(|&cell| scene.beyond[cell]).collect(),
+            off_scan: cells.iter().map(|&cell| scene.off_scan[cell]).collect(),
             zones,
             plane: None,
             parts: None,
@@ -151,23 +151,23 @@ impl Patch {
     }
 
     /// Counts only a part of each cell, given by the cell's middle.
-    pub(crate) fn count_parts(&mut self, part: impl Fn([f64; 2]) -> Part) {
+    pub(crate) fn count_parts(&mut self, part: impl Fn([f64; 2]) -> Coverage) {
         let cells = 0..self.zones.len();
         self.parts = Some(cells.map(|cell| part(self.grid.center(cell))).collect());
     }
 
     /// Counts only a part of one cell.
-    pub(crate) fn count_part(&mut self, cell: usize, part: Part) {
-        let whole = || vec![Part::WHOLE; self.zones.len()];
+    pub(crate) fn count_part(&mut self, cell: usize, part: Coverage) {
+        let whole = || vec![Coverage::WHOLE; self.zones.len()];
         self.parts.get_or_insert_with(whole)[cell] = part;
     }
 
     /// The counted part of a cell.
-    pub(crate) fn counted(&self, cell: usize) -> Part {
+    pub(crate) fn counted(&self, cell: usize) -> Coverage {
         match (self.zones[cell], &self.parts) {
-            (Zone::Ring | Zone::Beyond | Zone::Outside, _) => Part::default(),
+            (Zone::Annulus | Zone::Far | Zone::Outside, _) => Coverage::default(),
             (Zone::Core | Zone::Toe, Some(parts)) => parts[cell],
-            (Zone::Core | Zone::Toe, None) => Part::WHOLE,
+            (Zone::Core | Zone::Toe, None) => Coverage::WHOLE,
         }
     }
 
@@ -227,7 +227,7 @@ impl Patch {
     }
 }
 
-impl Window {
+impl Rectangle {
     fn size(&self) -> [usize; 2] {
         [self.columns.1 - self.columns.0 + 1, self.rows.1 - self.rows.0 + 1]
     }
@@ -239,13 +239,13 @@ impl Window {
     }
 }
 
-fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Vec<Zone> {
-    let zone = |&cell: &usize| match territory.steps[cell] {
-        _ if territory.owner[cell] != label => Zone::Outside,
+fn zones_of(cells: &[usize], nearest: &NearestLabel, reach: Reach, label: i32) -> Vec<Zone> {
+    let zone = |&cell: &usize| match nearest.steps[cell] {
+        _ if nearest.owner[cell] != label => Zone::Outside,
         0 => Zone::Core,
         steps if steps <= reach.toe => Zone::Toe,
-        steps if steps <= reach.toe + reach.ring => Zone::Ring,
-        steps if steps <= reach.farthest() => Zone::Beyond,
+        steps if steps <= reach.toe + reach.annulus => Zone::Annulus,
+        steps if steps <= reach.farthest() => Zone::Far,
         _ => Zone::Outside,
     };
     cells.iter().map(zone).collect()
@@ -253,11 +253,9 @@ fn zones(cells: &[usize], territory: &Territory, reach: Reach, label: i32) -> Ve
 
 /// The smallest window around each label's zones. Its own cells get a margin of [`bank::REACH`],
 /// since a bank beside an object may be nearer to another one.
-fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Window>> {
-    let mut windows: Vec<Option<Window>> = vec![None; reach.len()];
-    for (cell, (&label, &steps)) in
-        territory.owner.iter().zip(&territory.steps).enumerate().polled()
-    {
+fn rectangles_of(grid: &Grid, nearest: &NearestLabel, reach: &[Reach]) -> Vec<Option<Rectangle>> {
+    let mut rectangles: Vec<Option<Rectangle>> = vec![None; reach.len()];
+    for (cell, (&label, &steps)) in nearest.owner.iter().zip(&nearest.steps).enumerate().polled() {
         let Ok(label) = usize::try_from(label) else { continue };
         if steps > reach[label].farthest() {
             continue;
@@ -267,9 +265,10 @@ fn windows(grid: &Grid, territory: &Territory, reach: &[Reach]) -> Vec<Option<Wi
             |at: usize, count: usize| (at.saturating_sub(about), (at + about).min(count - 1));
         let columns = span(cell % grid.columns, grid.columns);
         let rows = span(cell / grid.columns, grid.rows);
-        let window = windows[label].get_or_insert(Window { columns, rows });
-        window.columns = (window.columns.0.min(columns.0), window.columns.1.max(columns.1));
-        window.rows = (window.rows.0.min(rows.0), window.rows.1.max(rows.1));
+        let rectangle = rectangles[label].get_or_insert(Rectangle { columns, rows });
+        rectangle.columns =
+            (rectangle.columns.0.min(columns.0), rectangle.columns.1.max(columns.1));
+        rectangle.rows = (rectangle.rows.0.min(rows.0), rectangle.rows.1.max(rows.1));
     }
-    windows
+    rectangles
 }

@@ -1,21 +1,21 @@
 //! The nearest-label map: which object each cell is nearest to, and how many steps away.
 
 use crate::cancel::Polled;
-use crate::connectivity::{EIGHT, FOUR, NOBODY};
+use crate::connectivity::{EIGHT, FOUR, UNLABELLED};
 use crate::heightmap::Grid;
 
 /// The nearest object of every cell and the distance to it, in steps.
 ///
 /// Steps alternate between four and eight neighbours, which makes distances octagonal: within 8 %
 /// of the straight line.
-pub(crate) struct Territory {
+pub(crate) struct NearestLabel {
     pub(crate) owner: Vec<i32>,
     pub(crate) steps: Vec<u32>,
     /// The last cell on the path that has a known height.
     pub(crate) last: Vec<u32>,
 }
 
-impl Territory {
+impl NearestLabel {
     /// Grows every labelled object by up to `reach` steps over `open` cells. A cell belongs to the
     /// object that reaches it first; the lower label wins a tie.
     pub(crate) fn grow(
@@ -54,7 +54,7 @@ impl Territory {
                 };
                 for &by in around {
                     let Some(n) = way(by) else { continue };
-                    if owner[n] == NOBODY && open(from, n) && passes(by) {
+                    if owner[n] == UNLABELLED && open(from, n) && passes(by) {
                         if !tells(n) {
                             last[n] = last[cell];
                         }
@@ -80,10 +80,10 @@ mod tests {
 
     #[test]
     fn a_cell_grows_to_a_near_circle() {
-        let mut labels = vec![NOBODY; grid().len()];
+        let mut labels = vec![UNLABELLED; grid().len()];
         labels[20 * 41 + 20] = 0;
-        let territory = Territory::grow(&grid(), &labels, |_| true, 16);
-        for (cell, &steps) in territory.steps.iter().enumerate().filter(|(_, s)| **s <= 16) {
+        let nearest = NearestLabel::grow(&grid(), &labels, |_| true, 16);
+        for (cell, &steps) in nearest.steps.iter().enumerate().filter(|(_, s)| **s <= 16) {
             let [x, y] = grid().center(cell);
             let distance = (x - 20.5).hypot(y - 20.5);
             assert!(
@@ -95,22 +95,22 @@ mod tests {
 
     #[test]
     fn no_way_leads_between_closed_cells_that_touch_at_a_corner() {
-        let mut labels = vec![NOBODY; grid().len()];
+        let mut labels = vec![UNLABELLED; grid().len()];
         labels[10 * 41 + 10] = 0;
         let open = |cell: usize| cell % 41 + cell / 41 != 30;
-        let territory = Territory::grow(&grid(), &labels, open, 80);
+        let nearest = NearestLabel::grow(&grid(), &labels, open, 80);
         let beyond = (0..grid().len()).filter(|cell| cell % 41 + cell / 41 >= 30);
-        assert!(beyond.into_iter().all(|cell| territory.owner[cell] == NOBODY));
+        assert!(beyond.into_iter().all(|cell| nearest.owner[cell] == UNLABELLED));
     }
 
     #[test]
     fn two_objects_meet_halfway() {
-        let mut labels = vec![NOBODY; grid().len()];
+        let mut labels = vec![UNLABELLED; grid().len()];
         labels[20 * 41 + 10] = 1;
         labels[20 * 41 + 30] = 0;
-        let territory = Territory::grow(&grid(), &labels, |_| true, 30);
-        assert_eq!(territory.owner[20 * 41 + 19], 1);
-        assert_eq!(territory.owner[20 * 41 + 20], 0);
-        assert_eq!(territory.owner[20 * 41 + 21], 0);
+        let nearest = NearestLabel::grow(&grid(), &labels, |_| true, 30);
+        assert_eq!(nearest.owner[20 * 41 + 19], 1);
+        assert_eq!(nearest.owner[20 * 41 + 20], 0);
+        assert_eq!(nearest.owner[20 * 41 + 21], 0);
     }
 }

@@ -8,7 +8,7 @@ pub(super) const ROUNDING: f64 = 1e-6;
 
 /// The counted part of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Part {
+pub(crate) struct Coverage {
     /// Share of the cell's area, 0 to 1.
     pub(crate) share: f64,
     /// Offset from the cell's middle to the centroid of the part, in m.
@@ -17,22 +17,22 @@ pub(crate) struct Part {
     pub(crate) u_share: f64,
 }
 
-impl Part {
+impl Coverage {
     /// The whole cell.
     pub(crate) const WHOLE: Self = Self { share: 1.0, off_m: [0.0; 2], u_share: 0.0 };
 }
 
 /// The part of a cell of this `area`, from its covered area and first moments about the cell's
 /// middle.
-pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Part {
+pub(crate) fn part([covered, x, y]: [f64; 3], area: f64) -> Coverage {
     let share = covered / area;
     if share < ROUNDING {
-        return Part::default();
+        return Coverage::default();
     }
     if share > 1.0 - ROUNDING {
-        return Part::WHOLE;
+        return Coverage::WHOLE;
     }
-    Part { share, off_m: [x / covered, y / covered], u_share: 0.0 }
+    Coverage { share, off_m: [x / covered, y / covered], u_share: 0.0 }
 }
 
 /// Signed area of a polygon in m², and its first moments about `center` in m³.

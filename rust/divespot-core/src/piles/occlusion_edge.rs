@@ -11,7 +11,7 @@ use super::object::Object;
 use super::reason::Reason;
 use crate::connectivity::{EIGHT, components};
 use crate::count::to_f64;
-use crate::extent::beyond;
+use crate::extent::off_scan_cells;
 use crate::heightmap::Grid;
 
 /// The share of an object's cells, from the highest down, that is its summit. Chosen.
@@ -28,7 +28,7 @@ const NEAR: usize = 3;
 /// An object that surrounds most of a shadow, and was mostly seen, has something on it and is
 /// exempt.
 pub(crate) fn mark(grid: &Grid, surface_m: &[f64], heights_m: &[f64], objects: &mut [Object]) {
-    let shadows = Shadows::of(grid, heights_m);
+    let shadows = Occlusions::of(grid, heights_m);
     let is_steep = |o: &&Object| matches!(o.reason, Some(Reason::SteepSides | Reason::Apart));
     let steep = objects.iter().filter(is_steep);
     let cast: Vec<(f64, BTreeSet<usize>)> = steep
@@ -66,16 +66,16 @@ fn summit(object: &Object) -> Vec<[f64; 3]> {
 }
 
 /// Connected components of unseen cells inside the scan.
-struct Shadows<'a> {
+struct Occlusions<'a> {
     grid: &'a Grid,
     /// The region of each unseen cell, by its number.
     region: Vec<Option<usize>>,
 }
 
-impl<'a> Shadows<'a> {
+impl<'a> Occlusions<'a> {
     fn of(grid: &'a Grid, heights_m: &[f64]) -> Self {
-        let beyond = beyond(grid, heights_m);
-        let unseen = heights_m.iter().zip(beyond).map(|(h, b)| h.is_nan() && !b).collect();
+        let off_scan = off_scan_cells(grid, heights_m);
+        let unseen = heights_m.iter().zip(off_scan).map(|(h, b)| h.is_nan() && !b).collect();
         let mut region = vec![None; grid.len()];
         for (number, cells) in components(grid, unseen, &EIGHT).iter().enumerate() {
             cells.iter().for_each(|&cell| region[cell] = Some(number));

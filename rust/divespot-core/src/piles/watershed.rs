@@ -9,7 +9,7 @@
 
 use std::cmp::Ordering;
 
-use super::patch::{Patch, Zone};
+use super::window::{Window, Zone};
 use crate::cancel::Polled;
 
 /// Fewest cells of a pile above its saddle: a block of three by three.
@@ -19,20 +19,21 @@ const FEWEST: usize = 9;
 /// by that much.
 const DEEP: f64 = 0.45;
 
-/// The part that each core or toe cell of `patch` belongs to, 0 for that with the highest summit;
+/// The part that each core or toe cell of `window` belongs to, 0 for that with the highest summit;
 /// `None` if there is only one.
 ///
 /// `above` holds the heights above the base in m, NaN where unknown. A summit must be more than
 /// `margin_m` above its saddle.
-pub(crate) fn parts(patch: &Patch, above: &[f64], margin_m: f64) -> Option<Vec<Option<usize>>> {
-    let heights_m = smoothed(patch, above);
+pub(crate) fn parts(window: &Window, above: &[f64], margin_m: f64) -> Option<Vec<Option<usize>>> {
+    let heights_m = smoothed(window, above);
     let mut order: Vec<usize> = (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).collect();
     order.sort_by(|&a, &b| higher_first(&heights_m, a, b));
     let cells = vec![0; heights_m.len()];
     let joined = (0..heights_m.len()).collect();
-    let mut tree = Tree { summit: vec![None; heights_m.len()], joined, cells, heights_m, margin_m };
+    let mut tree =
+        MergeTree { summit: vec![None; heights_m.len()], joined, cells, heights_m, margin_m };
     for cell in order.into_iter().polled() {
-        tree.pour(patch, cell);
+        tree.pour(window, cell);
     }
     tree.numbered()
 }
@@ -42,9 +43,9 @@ fn higher_first(heights_m: &[f64], a: usize, b: usize) -> Ordering {
 }
 
 /// The mean of each core or toe cell and its neighbours: nine cells, a third of the noise.
-fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
-    let held = |cell: usize| matches!(patch.zones[cell], Zone::Core | Zone::Toe);
-    let mean = |cell| patch.mean_around(above, cell, held).filter(|_| !above[cell].is_nan());
+fn smoothed(window: &Window, above: &[f64]) -> Vec<f64> {
+    let held = |cell: usize| matches!(window.zones[cell], Zone::Core | Zone::Toe);
+    let mean = |cell| window.mean_around(above, cell, held).filter(|_| !above[cell].is_nan());
     (0..above.len())
         .polled()
         .map(|c| if held(c) { mean(c) } else { None }.unwrap_or(f64::NAN))
@@ -52,7 +53,7 @@ fn smoothed(patch: &Patch, above: &[f64]) -> Vec<f64> {
 }
 
 /// The merge tree: a basin of cells around each summit, and the basins joined at saddles.
-struct Tree {
+struct MergeTree {
     heights_m: Vec<f64>,
     margin_m: f64,
     /// The basin of each cell, named by the cell of its summit.
@@ -63,7 +64,7 @@ struct Tree {
     cells: Vec<usize>,
 }
 
-impl Tree {
+impl MergeTree {
     fn root(&self, mut basin: usize) -> usize {
         while self.joined[basin] != basin {
             basin = self.joined[basin];
@@ -73,8 +74,8 @@ impl Tree {
 
     /// Adds the next lower cell to the basin of its highest neighbour, and joins the basins around
     /// it unless it is a valley between them.
-    fn pour(&mut self, patch: &Patch, cell: usize) {
-        let wet = patch.around(cell, 1).filter_map(|n| Some((n, self.root(self.summit[n]?))));
+    fn pour(&mut self, window: &Window, cell: usize) {
+        let wet = window.around(cell, 1).filter_map(|n| Some((n, self.root(self.summit[n]?))));
         let mut near: Vec<(usize, usize)> = wet.collect();
         near.sort_by(|a, b| higher_first(&self.heights_m, a.0, b.0));
         let own = near.first().map_or(cell, |n| n.1);

@@ -20,7 +20,7 @@ const SETTLED: f64 = 1e-5;
 /// A smooth surface through heights that it need not meet exactly: it averages their noise, follows
 /// their undulations and crosses gaps harmonically.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Film {
+pub(crate) struct Harmonic {
     origin_m: [f64; 2],
     step_m: f64,
     columns: usize,
@@ -123,23 +123,23 @@ impl Field {
     }
 }
 
-impl Film {
-    /// The surface over `size_m` from `origin_m`, through the cells `ring` (x, y, height) of width
+impl Harmonic {
+    /// The surface over `size_m` from `origin_m`, through the cells `annulus` (x, y, height) of width
     /// `cell_m`.
     pub(crate) fn stretched(
         origin_m: [f64; 2],
         size_m: [f64; 2],
         cell_m: f64,
-        ring: &[[f64; 3]],
+        annulus: &[[f64; 3]],
     ) -> Self {
         let step_m = (size_m[0].max(size_m[1]) / NODES as f64).max(cell_m);
         let nodes = size_m.map(|s| (s / step_m).ceil() as usize + 1);
-        let mut film =
+        let mut harmonic =
             Self { origin_m, step_m, columns: nodes[0], heights_m: vec![0.0; nodes[0] * nodes[1]] };
-        let nodes = film.gather(ring);
-        let largest = ring.iter().map(|p| p[2].abs()).fold(0.0, f64::max);
-        relax(&mut film.heights_m, film.columns, &nodes, largest);
-        film
+        let nodes = harmonic.gather(annulus);
+        let largest = annulus.iter().map(|p| p[2].abs()).fold(0.0, f64::max);
+        relax(&mut harmonic.heights_m, harmonic.columns, &nodes, largest);
+        harmonic
     }
 
     /// The surface that samples `height` over a square.
@@ -161,9 +161,9 @@ impl Film {
     }
 
     /// Adds every cell to the data of its nearest node.
-    fn gather(&self, ring: &[[f64; 3]]) -> Vec<Node> {
+    fn gather(&self, annulus: &[[f64; 3]]) -> Vec<Node> {
         let mut data: Vec<Node> = (0..self.heights_m.len()).map(Node::free).collect();
-        for p in ring.iter().polled() {
+        for p in annulus.iter().polled() {
             let (x, y) = self.place([p[0], p[1]]);
             let node = y.round() as usize * self.columns + x.round() as usize;
             data[node].weight += PULL;
@@ -201,7 +201,7 @@ impl Film {
 mod tests {
     use super::*;
 
-    fn ring(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
+    fn annulus(height: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
         let cells = (0..40).flat_map(|i| (0..40).map(move |j| [f64::from(i), f64::from(j)]));
         let on = |p: &[f64; 2]| ((p[0] - 19.5).hypot(p[1] - 19.5) - 16.0).abs() < 2.0;
         cells.filter(on).map(|[x, y]| [x, y, height(x, y)]).collect()
@@ -210,27 +210,31 @@ mod tests {
     #[test]
     fn a_saddle_is_crossed_as_a_soap_film_would() {
         let saddle = |x: f64, y: f64| 0.01 * ((x - 19.5).powi(2) - (y - 19.5).powi(2));
-        let film = Film::stretched([0.0; 2], [40.0; 2], 1.0, &ring(saddle));
+        let harmonic = Harmonic::stretched([0.0; 2], [40.0; 2], 1.0, &annulus(saddle));
         for [x, y] in [[19.5, 19.5], [25.0, 19.5], [19.5, 10.0], [12.0, 14.0]] {
-            assert!((film.at([x, y]) - saddle(x, y)).abs() < 0.2, "{x} {y} {}", film.at([x, y]));
+            assert!(
+                (harmonic.at([x, y]) - saddle(x, y)).abs() < 0.2,
+                "{x} {y} {}",
+                harmonic.at([x, y])
+            );
         }
     }
 
     #[test]
     fn noise_is_averaged_and_a_level_ring_gives_a_level_film() {
-        let noisy = ring(|x, y| if (x + y) as i32 % 2 == 0 { 1.1 } else { 0.9 });
-        let film = Film::stretched([0.0; 2], [40.0; 2], 1.0, &noisy);
-        assert!((film.at([19.5, 19.5]) - 1.0).abs() < 0.01);
-        let level = Film::stretched([0.0; 2], [4.0; 2], 1.0, &[[0.0, 0.0, 0.25]]);
+        let noisy = annulus(|x, y| if (x + y) as i32 % 2 == 0 { 1.1 } else { 0.9 });
+        let harmonic = Harmonic::stretched([0.0; 2], [40.0; 2], 1.0, &noisy);
+        assert!((harmonic.at([19.5, 19.5]) - 1.0).abs() < 0.01);
+        let level = Harmonic::stretched([0.0; 2], [4.0; 2], 1.0, &[[0.0, 0.0, 0.25]]);
         assert!((level.at([3.0, 1.0]) - 0.25).abs() < 1e-4);
     }
 
     #[test]
     fn a_film_of_given_heights_has_them_wherever_it_is_moved() {
         let plane = |[x, y]: [f64; 2]| 0.3 * x - 0.1 * y;
-        let film = Film::sampled([-2.0, 1.0], 4.0, plane).moved([10.0, 20.0]);
+        let harmonic = Harmonic::sampled([-2.0, 1.0], 4.0, plane).moved([10.0, 20.0]);
         for p in [[-1.9, 1.1], [0.03, 2.2], [1.99, 4.9]] {
-            assert!((film.at([p[0] + 10.0, p[1] + 20.0]) - plane(p)).abs() < 1e-12, "{p:?}");
+            assert!((harmonic.at([p[0] + 10.0, p[1] + 20.0]) - plane(p)).abs() < 1e-12, "{p:?}");
         }
     }
 

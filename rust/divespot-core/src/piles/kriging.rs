@@ -11,10 +11,10 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::crease::Line;
+use super::breakline::Line;
 use super::nodes::Nodes;
 use crate::count::to_f64;
-use crate::film::Film;
+use crate::harmonic::Harmonic;
 use crate::robust::median;
 
 /// Most half waves across the domain. Shorter undulations, within an object's width, are not a
@@ -48,7 +48,7 @@ pub(crate) struct Expected {
     /// Step in m and change of slope along the given line.
     pub(crate) rises: [f64; 2],
     /// Undulations and small steps, in m.
-    pub(crate) film: Film,
+    pub(crate) harmonic: Harmonic,
     /// Standard uncertainty of the mean height under the object, in m.
     pub(crate) u_mean_m: f64,
     /// Logarithm of the marginal likelihood of the seen ground, up to a constant.
@@ -65,7 +65,7 @@ pub(crate) struct Footprint {
 }
 
 /// The model of the ground.
-pub(crate) struct Waves<'a> {
+pub(crate) struct Kriging<'a> {
     pub(crate) nodes: &'a Nodes,
     footprint: &'a Footprint,
     /// Whether its slope is estimated; if not, it is that of the whole ground.
@@ -95,7 +95,7 @@ struct Choice {
     variance_m2: f64,
 }
 
-impl<'a> Waves<'a> {
+impl<'a> Kriging<'a> {
     /// The model for ground seen at `nodes` and unseen under an object.
     pub(crate) fn new(
         nodes: &'a Nodes,
@@ -165,8 +165,8 @@ impl<'a> Waves<'a> {
         let slope = self.slope();
         let mut columns = vec![1.0, slope * p[0], slope * p[1]];
         if let Some(line) = self.line {
-            let beyond = line.beyond(p[0], p[1]);
-            columns.extend([f64::from(beyond > 0.0), beyond.max(0.0) / self.footprint.size_m]);
+            let across = line.across(p[0], p[1]);
+            columns.extend([f64::from(across > 0.0), across.max(0.0) / self.footprint.size_m]);
         }
         columns.extend(self.waves(p));
         columns
@@ -214,7 +214,7 @@ impl<'a> Waves<'a> {
                 Some(_) => [amplitude(PLANE), amplitude(PLANE + 1) / self.footprint.size_m],
                 None => [0.0; 2],
             },
-            film: Film::sampled(self.low_m, self.side_m, height),
+            harmonic: Harmonic::sampled(self.low_m, self.side_m, height),
             u_mean_m: variance.sqrt(),
             evidence: best + libm::log(sum / to_f64(choices.len())),
         })
@@ -280,7 +280,7 @@ mod tests {
         (0..12).map(|k| uniform(12 * seed + k)).sum::<f64>() - 6.0
     }
 
-    fn places() -> impl Iterator<Item = [f64; 2]> {
+    fn places_of() -> impl Iterator<Item = [f64; 2]> {
         let at = |i: i32| 0.003 + f64::from(i) * CELL;
         (-40..40).flat_map(move |i| (-40..40).map(move |j| [at(i), at(j)]))
     }
@@ -289,20 +289,24 @@ mod tests {
     /// it, and its standard uncertainty, in m.
     fn off(height: impl Fn([f64; 2]) -> f64, line: Option<Line>, seed: u64) -> (f64, f64) {
         let radius = |p: &[f64; 2]| p[0].hypot(p[1]);
-        let ground = places().filter(|p| (0.5..1.2).contains(&radius(p)));
+        let ground = places_of().filter(|p| (0.5..1.2).contains(&radius(p)));
         let seen = |(p, i): ([f64; 2], u64)| {
             [p[0], p[1], height(p) + NOISE * normal(seed.wrapping_mul(1 << 20) + i)]
         };
         let nodes = Nodes::of(&ground.zip(0..).map(seen).collect::<Vec<_>>());
-        let places: Vec<_> = places().filter(|p| radius(p) < 0.5).collect();
+        let places: Vec<_> = places_of().filter(|p| radius(p) < 0.5).collect();
         let footprint = Footprint { size_m: CELL * to_f64(places.len()).sqrt(), places };
-        let found = Waves::new(&nodes, &footprint, true, line).expected().unwrap();
+        let found = Kriging::new(&nodes, &footprint, true, line).expected().unwrap();
         let [step, fold] = found.rises;
         let at = |p: &[f64; 2]| {
-            let beyond = line.map_or(-1.0, |line| line.beyond(p[0], p[1]));
-            let crease = if beyond > 0.0 { step + fold * beyond } else { 0.0 };
+            let across = line.map_or(-1.0, |line| line.across(p[0], p[1]));
+            let breakline = if across > 0.0 { step + fold * across } else { 0.0 };
             let [x, y] = *p;
-            found.level_m + found.tilt[0] * x + found.tilt[1] * y + crease + found.film.at(*p)
+            found.level_m
+                + found.tilt[0] * x
+                + found.tilt[1] * y
+                + breakline
+                + found.harmonic.at(*p)
         };
         let errors = footprint.places.iter().map(|p| at(p) - height(*p));
         (errors.sum::<f64>() / to_f64(footprint.places.len()), found.u_mean_m)
@@ -313,8 +317,8 @@ mod tests {
         let (error, u) = off(|[x, y]| 0.7 + 0.03 * x - 0.01 * y, None, 1);
         assert!(error.abs() < 2e-4 && u < 2e-4, "{error} {u}");
         let line = Line::new(0.4, 0.1);
-        let creased = |[x, y]: [f64; 2]| match line.beyond(x, y) {
-            beyond if beyond > 0.0 => 0.03 + 0.05 * beyond,
+        let creased = |[x, y]: [f64; 2]| match line.across(x, y) {
+            across if across > 0.0 => 0.03 + 0.05 * across,
             _ => 0.0,
         };
         let (error, u) = off(creased, Some(line), 2);
