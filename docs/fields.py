@@ -1,7 +1,7 @@
 """Write the report's JSON Schema, the pages of its fields and of the settings, and the core's map.
 
-The first three follow from the dataclasses: their types, and the Attributes in their docstrings.
-The map in DEVELOP.md has the first sentence of each file of the core.
+The first three are made from the dataclasses: types, and the Attributes in the docstrings. The map
+in DEVELOP.md has the first sentence of each file of the core.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ DEVELOP = ROOT / "DEVELOP.md"
 REPORT_PAGE = ROOT / "docs" / "report.md"
 SETTINGS_PAGE = ROOT / "docs" / "settings.md"
 
-#: Records of the report, with the name that their definition has.
+#: Records of the report; each has a definition of that name in the JSON Schema.
 RECORDS = (Source, Pile, Budget, Total, Ground, Settings, Stages)
 
-#: Names that the records' annotations use for types alone.
+#: Names in the records' annotations that are imported for type checking only.
 NAMES = {record.__name__: record for record in (*RECORDS, Level)} | {
     "Mapping": Mapping,
     "NDArray": Any,
@@ -53,7 +53,7 @@ Json = dict[str, Any]
 
 
 def attributes(record: type[Any]) -> dict[str, str]:
-    """Return what the docstring of a record says of each of its fields."""
+    """Return the description of each field of a record, from its docstring."""
     doc = inspect.cleandoc(record.__doc__ or "").partition("----------\n")[2]
     found = re.findall(r"^(\w+)\n((?:(?:    .*)?\n)+)", doc + "\n", re.MULTILINE)
     return {name: " ".join(text.split()).replace("``", "`") for name, text in found}
@@ -117,7 +117,7 @@ def schema() -> Json:
         "schema": {"description": "Name and version of this contract.", "const": SCHEMA},
         "divespot": {"description": "Version of divespot.", "type": "string"},
         "status": {
-            "description": "What became of the scan: `measured`, or `no_pile` if none was found.",
+            "description": "Outcome of the scan: `measured`, or `no_pile` if none was found.",
             "enum": ["measured", "no_pile"],
         },
         **body,
@@ -145,9 +145,9 @@ def report_page() -> str:
     ]
     text = (
         "# The report\n\n"
-        "`divespot measure SCAN --json -` prints one JSON object; `Report.to_dict()` is the same "
-        "from Python. The contract is the JSON Schema "
-        "`divespot/report.schema.json`, which every report in the tests is held against; this "
+        "`divespot measure SCAN --json -` prints one JSON object; in Python, `Report.to_dict()` "
+        "returns the same. The contract is the JSON Schema "
+        "`divespot/report.schema.json`, against which the tests validate every report; this "
         "page is made from the same source by `make docs-fields`. Numbers that are not finite "
         "are null.\n\n"
         "Units are in the names: `_m`, `_m2`, `_m3`, `_kg`, `_deg`, `_s`; `u95_` is an expanded "
@@ -185,10 +185,10 @@ def settings_page() -> str:
     """Return the page of the settings."""
     text = (
         "# Settings\n\n"
-        "No setting is needed: what is not given follows from the scan. From Python they are "
+        "No setting is needed: those not given are derived from the scan. In Python they are "
         "keywords of `divespot.measure`, fields of `divespot.Settings`, or a dict; on the command "
-        "line `cell_m` is `--cell-m` or `--cell`. A report holds the values in force, and "
-        '`measure(points, report_json["settings"])` measures so again.\n'
+        "line `cell_m` is `--cell-m` or `--cell`. A report holds the values used, and "
+        '`measure(points, report_json["settings"])` measures with the same values again.\n'
     )
     of = {item.name: item for record in (Settings, Stages) for item in dataclasses.fields(record)}
     said = attributes(Settings) | attributes(Stages)
@@ -199,7 +199,7 @@ def settings_page() -> str:
 
 
 def core_map() -> str:
-    """Return DEVELOP.md with its map of the core, between two comments, as the files are now."""
+    """Return DEVELOP.md with the map of the core, between two comments, made again."""
     paths = sorted(CORE.rglob("*.rs"), key=lambda path: (len(path.relative_to(CORE).parts), path))
     shown = (path for path in paths if "tests" not in path.with_suffix("").parts)
     rows = (
@@ -211,7 +211,7 @@ def core_map() -> str:
 
 
 def _first_sentence(path: Path) -> str:
-    """Return the first sentence of what a file says of itself."""
+    """Return the first sentence of a file's module comment."""
     lines = re.match(r"(?://!.*\n)*", path.read_text(encoding="utf-8"))
     text = " ".join(line.removeprefix("//!").strip() for line in lines[0].splitlines())
     found = re.match(r".*?\.(?= [A-Z`]|$| )(?<!al\.)", text)
@@ -219,14 +219,14 @@ def _first_sentence(path: Path) -> str:
 
 
 def main() -> None:
-    """Write them all."""
+    """Write all files."""
     for path, text in written().items():
         path.write_text(text, encoding="utf-8")
         print(path.relative_to(ROOT))
 
 
 def written() -> dict[Path, str]:
-    """Return what each file is to hold."""
+    """Return the new text of each file."""
     return {
         SCHEMA_FILE: json.dumps(schema(), indent=1) + "\n",
         REPORT_PAGE: report_page(),

@@ -1,4 +1,4 @@
-"""A camera over a bay: every scan is a line in a log, and none ends the program."""
+"""A camera over a bay: one line in a log per scan; a bad scan does not end the program."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ LOG = Path("bay.jsonl")
 
 
 def log_scan(points) -> None:
-    """Measure what the camera saw, shape (h, w, 3) or (n, 3) in metres, and add a line."""
+    """Measure points of shape (h, w, 3) or (n, 3) in metres, and add a line to the log."""
     try:
         report = divespot.measure(points, material="corn", threads=2)
     except divespot.DivespotError as error:  # a covered lens, no ground in view
@@ -26,7 +26,7 @@ def log_scan(points) -> None:
         log.write(json.dumps(line) + "\n")
 
 
-# Simulated scans stand for the camera's: 0.028 m3 of corn, 20.2 kg, and a covered lens.
+# Simulated scans in place of a camera's: twice 0.028 m3 of corn (20.2 kg), then a covered lens.
 for seed in range(2):
     log_scan(simulate.scan("shape-05", seed=seed, density=0.05).points)
 log_scan([[0.0, 0.0, 0.0]] * 100)

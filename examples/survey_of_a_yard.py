@@ -3,7 +3,7 @@
 import divespot
 from divespot import io, simulate
 
-# A flown scan in UTM coordinates; on a real survey this file is yours.
+# A simulated drone scan in UTM coordinates; replace it by your own file.
 yard = simulate.scan("utm-yard", density=0.1)
 io.write("yard.laz", yard.points)
 
@@ -14,7 +14,7 @@ for pile in report.piles:
     print(f"{pile.id}  {east:.1f} E  {north:.1f} N  {pile.volume_m3:.1f} m3 ± {share:.1f} %")
     print("   ", {base: round(volume, 1) for base, volume in pile.volume_by_base_m3.items()})
 
-# Next month the same areas are measured, whatever lies in them.
+# Next month, measure inside the same outlines, whatever lies in them.
 divespot.save_outlines(report, "stockpiles.geojson")
 again = divespot.measure("yard.laz", outline="stockpiles.geojson")
 print(f"inside the same outlines: {again.total.volume_m3:.1f} m3")

@@ -1,4 +1,4 @@
-"""Two scans of one place: what came and what went between them."""
+"""Two scans of one place: gain and loss between them."""
 
 from dataclasses import replace
 
@@ -15,5 +15,5 @@ io.write("monday.ply", points[np.isfinite(points).all(axis=1)])
 
 report = divespot.measure(simulate.scan(tuesday, density=0.1).points, base="surface=monday.ply")
 for change in report.piles:
-    if abs(change.volume_m3) > 0.005:  # less is what the frames of these scans are off by
+    if abs(change.volume_m3) > 0.005:  # smaller ones are registration errors of the frames
         print(f"{change.volume_m3:+.4f} ± {change.u95_m3:.4f} m3")
