@@ -129,7 +129,7 @@ def test_where_nothing_changed_the_page_says_so(tmp_path: Path) -> None:
     assert same.plot().axes[0].get_title(loc="left") == "no change detected"
     doc = ChangeDocument.of(same, Unit.of(same))
     assert [cell.text for row in doc.total.rows for cell in row[1:]] == ["none detected"] * 2
-    assert doc.trust.startswith("Nothing changed that can be told from none.")
+    assert doc.trust.startswith("No change above the detection limit.")
     assert repr(same).endswith("0 places, 0 not counted>")
     lost = dataclasses.replace(same.fit, alignment=dataclasses.replace(same.alignment, blocks=0))
     unknown = ChangeDocument.of(dataclasses.replace(same, fit=lost), Unit.of(same))

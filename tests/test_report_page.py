@@ -253,7 +253,7 @@ def test_the_sentence_says_what_else_to_know() -> None:
     )
     said = trust_sentence(report, Shown.of(report), texts())
     for part in (
-        "of pile 1 more lies beyond",
+        "the part of pile 1 beyond",
         "was not seen",
         "unit of the coordinates was assumed",
     ):

@@ -1,4 +1,4 @@
-"""Files of a comparison: their options, and how they begin."""
+"""The output files of a comparison: their options, and how such files begin."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ F = TypeVar("F", bound="Callable[..., Any]")
 
 @dataclass(frozen=True)
 class ChangeFile:
-    """An option that names a file of a comparison."""
+    """An option for an output file of a comparison."""
 
     flag: str
     help: str
@@ -42,10 +42,10 @@ class ChangeFile:
         )
 
 
-#: In the order in which they are written: what is drawn comes last.
+#: In the order in which they are written; pictures come last.
 FILES = (
     ChangeFile("--geojson", "write the places' outlines as GeoJSON", OUTLINES, (".geojson",)),
-    ChangeFile("--gpkg", "write them as a GeoPackage; needs the extra gis", GEOPACKAGE, (".gpkg",)),
+    ChangeFile("--gpkg", "write the outlines as GeoPackage (extra gis)", GEOPACKAGE, (".gpkg",)),
     ChangeFile(
         "--dem",
         "write both surfaces and their difference as a GeoTIFF; needs the extra raster",
@@ -54,18 +54,18 @@ FILES = (
     ),
     ChangeFile(
         "--report",
-        "write a page to be read and signed: what came and went, where, and how sure that is",
+        "write a page to read and sign: gains and losses, where they are, their uncertainty",
         PAGE,
         (".html", ".pdf"),
     ),
     ChangeFile(
-        "--picture", "draw the plan: what came and went, and where", PICTURE, (".png", ".svg")
+        "--picture", "draw the plan of gains and losses", PICTURE, (".png", ".svg")
     ),
 )
 
 
 def change_options(command: F) -> F:
-    """Add an option for each file of a comparison."""
+    """Add an option for each output file of a comparison."""
     for item in reversed(FILES):
         command = item.option()(command)
     return command

@@ -1,4 +1,4 @@
-"""Options of surveys that a cluster adds up."""
+"""Options of surveys that are added up on a cluster."""
 
 from __future__ import annotations
 
@@ -22,13 +22,14 @@ def cluster_options(command: F) -> F:
         click.option(
             "--scheduler",
             metavar="ADDRESS",
-            help="measure all SCANs, LAS or LAZ, as one survey of any size that the workers of a "
-            "Dask cluster add up, as tcp://10.0.0.1:8786; each must see the files (extra dask)",
+            help="measure all SCANs (LAS or LAZ) as one survey of any size, added up by the "
+            "workers of a Dask cluster, as tcp://10.0.0.1:8786; each worker must see the files "
+            "(extra dask)",
         ),
         click.option(
             "--skip-damaged",
             is_flag=True,
-            help="with --scheduler: leave out what cannot be read, with a warning for each file",
+            help="with --scheduler: leave out unreadable files, with a warning for each",
         ),
     )
     for option in reversed(options):
@@ -38,19 +39,19 @@ def cluster_options(command: F) -> F:
 
 @dataclass(frozen=True)
 class Cluster:
-    """Where a cluster is, and whether it passes over what is damaged."""
+    """The address of a cluster, and whether damaged files are skipped."""
 
     address: str
     skip_damaged: bool
 
     @classmethod
     def of(cls, ctx: click.Context) -> Cluster | None:
-        """Return what the options say; None where none is asked for.
+        """Return the options' values; None if no cluster was given.
 
         Raises
         ------
         UsageError
-            They need each other.
+            --skip-damaged was given without --scheduler.
 
         """
         address, skip_damaged = ctx.params["scheduler"], ctx.params["skip_damaged"]

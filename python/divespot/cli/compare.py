@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 @click.argument("after", type=click.Path())
 @profile_option
 @setting_options
-@json_option("write the comparison as JSON, - for stdout and nothing else there")
-@click.option("--site", default="", help="name of the place, for --report")
+@json_option("write the comparison as JSON; -: to stdout, and nothing else there")
+@click.option("--site", default="", help="name of the site, for --report")
 @click.option("--show-unit", type=click.Choice(list(VOLUMES)), help="unit of the tables' volumes")
 @click.option(
     "--align/--no-align",
     default=True,
-    help="raise and move the earlier scan so that ground and piles that did not change lie on "
-    "themselves; off: it is taken as it is  [default: on]",
+    help="raise and shift the earlier scan so that unchanged ground and piles coincide in both; "
+    "off: use it as it is  [default: on]",
 )
 @change_options
 @loudness_options
@@ -54,10 +54,10 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument an option
     force: bool,  # noqa: FBT001 - as above
     **_others: Any,  # noqa: ANN401 - as many types as settings; read from the context
 ) -> None:
-    """Tell what was gained and lost between the scans BEFORE and AFTER.
+    """Measure what was gained and lost between the scans BEFORE and AFTER.
 
-    Both are in one frame. Piles of the two are matched where they lie on each other; places are
-    where the surfaces differ by more than can be told apart.
+    Both must be in one frame. Piles that overlap are matched; places are areas where the surfaces
+    differ by more than the detection limit.
     """
     from divespot.comparing import compare as run  # noqa: PLC0415 - slow to import
 
@@ -84,7 +84,7 @@ def _save(found: Comparison, paths: Iterable[str], site: str, unit_name: str | N
     from divespot.results.change_document import Unit  # noqa: PLC0415 - slow to import
     from divespot.results.change_report import save_change  # noqa: PLC0415 - needs extras
 
-    for path in paths:  # which were checked before anything was measured
+    for path in paths:  # outputs, checked before anything was measured
         save_change(found, path, site=site or None, unit=Unit.of(found, unit_name), force=True)
 
 
@@ -104,7 +104,7 @@ def show(found: Comparison, unit_name: str | None) -> None:
         change = getattr(found, name)
         told = "none" if change.is_none else f"{unit.told(change)} {unit.sign}"
         click.echo(f"{name}: {told}")
-    click.echo(f"least height that is told from none: {found.alignment.detection_m:.2g} m")
+    click.echo(f"smallest height change that is detected: {found.alignment.detection_m:.2g} m")
 
 
 def _piles(found: Comparison, unit: Unit) -> Table:

@@ -1,4 +1,4 @@
-"""``divespot demo``: a scan of known volume, measured."""
+"""``divespot demo``: simulate a scan of known volume and measure it."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 def demo(out: str, shape: str, seed: int, density: float) -> None:
     """Simulate a scan of known volume, measure it, and compare.
 
-    Prints truth against estimate and the time of each stage, and draws the plan with the volume
-    on each pile, where matplotlib is installed.
+    Prints the true and the measured volume and the time of each stage, and draws the plan with the
+    volume on each pile if matplotlib is installed.
     """
     from divespot.cli.table import show_table  # noqa: PLC0415 - as above
     from divespot.cli.tables import times_table  # noqa: PLC0415 - slow to import
@@ -69,7 +69,7 @@ def demo(out: str, shape: str, seed: int, density: float) -> None:
 
 
 def _draw(report: Report, picture: Path, truth_m3: float) -> str:
-    """Draw the picture; return where it is, or what it needs."""
+    """Draw the picture; return its path, or the extra that it needs, as a sentence."""
     from divespot.plot import save_picture  # noqa: PLC0415 - slow to import
 
     if find_spec("matplotlib") is None:
@@ -84,7 +84,7 @@ def _folder(out: str) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise Failure(
-            f"{file_name(folder)}: no such folder can be made ({error.strerror})"
+            f"{file_name(folder)}: the folder cannot be made ({error.strerror})"
         ) from None
     return folder
 

@@ -1,4 +1,4 @@
-"""Options of depth frames, and what they are made into."""
+"""Options of depth frames, and fusing the frames into a scan."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _FILE = click.Path()
 
 
 def frame_options(command: F) -> F:
-    """Add the options of depth frames; ``--intrinsics`` says that there are some."""
+    """Add the options of depth frames; with ``--intrinsics``, SCAN is frames."""
     options = (
         click.option(
             "--intrinsics",
             type=_FILE,
             metavar="K.json",
-            help="take SCAN for depth frames of a camera with these intrinsics (Open3D, RealSense, "
+            help="read SCAN as depth frames of a camera with these intrinsics (Open3D, RealSense, "
             "ROS or Azure Kinect; JSON or YAML): a folder of 16-bit PNG or TIFF, or NPY or NPZ; a "
             "recording (.bag, .mcap, .db3, .mkv) may hold its own",
         ),
@@ -35,7 +35,7 @@ def frame_options(command: F) -> F:
             "--depth-scale",
             type=float,
             metavar="METRES",
-            help="metres in a unit of depth  [default: 0.001 for whole numbers, else 1]",
+            help="metres per unit of depth  [default: 0.001 for integers, else 1]",
         ),
         click.option(
             "--depth-kind",
@@ -47,15 +47,15 @@ def frame_options(command: F) -> F:
         click.option(
             "--depth-topic",
             metavar="TOPIC",
-            help="which topic of a recording of ROS is meant, where several hold depth",
+            help="topic of a ROS recording to read, if several hold depth",
         ),
         click.option(
             "--known-poses",
             type=_FILE,
             metavar="PATH",
-            help="where the camera was in each frame, roughly: TUM, KITTI or a 4 x 4 matrix a line",
+            help="approximate camera poses, one per frame: TUM, KITTI or a 4 x 4 matrix per line",
         ),
-        click.option("--exact-poses", is_flag=True, help="take the known poses as they are"),
+        click.option("--exact-poses", is_flag=True, help="use the known poses unchanged"),
     )
     for option in reversed(options):
         command = option(command)
@@ -75,12 +75,12 @@ class DepthFrames:
 
     @classmethod
     def of(cls, ctx: click.Context) -> DepthFrames | None:
-        """Return what the options say; None where no SCAN is frames.
+        """Return the options' values; None if no SCAN is frames.
 
         Raises
         ------
         click.UsageError
-            An option of frames was given without any.
+            An option of frames was given, but no frames.
 
         """
         given = {name: ctx.params[name] for name in NAMES}
@@ -95,11 +95,11 @@ class DepthFrames:
         return cls(**given)
 
     def takes(self, path: str) -> bool:
-        """Return whether a path is of frames: all are if intrinsics were given, else recordings."""
+        """Return whether a path is frames: any path if intrinsics were given, else a recording."""
         return self.intrinsics is not None or _holds_its_own(path)
 
     def read(self) -> tuple[str | None, ...]:
-        """Return the files that are read besides the frames."""
+        """Return the files that are read in addition to the frames."""
         return (self.intrinsics, self.known_poses)
 
     def fused(
@@ -109,7 +109,7 @@ class DepthFrames:
         on_frame: Callable[[str], None],
         **more: Any,  # noqa: ANN401 - as `fuse` takes it
     ) -> Scan:
-        """Put the frames together."""
+        """Fuse the frames into one scan."""
         from divespot.frames import fuse  # noqa: PLC0415 - slow to import
 
         return fuse(
@@ -127,7 +127,7 @@ class DepthFrames:
 
 
 def _paths(ctx: click.Context) -> tuple[str, ...]:
-    """Return the paths of the command, by either of the names that they go by."""
+    """Return the paths of the command, which some commands call scans and others frames."""
     paths: tuple[str, ...] = ctx.params.get("scans") or ctx.params.get("frames") or ()
     return paths
 

@@ -1,4 +1,4 @@
-"""``divespot evaluate``: how far the measurement is from the truth."""
+"""``divespot evaluate``: the errors of the measurement on scans of known volume."""
 
 from __future__ import annotations
 
@@ -24,55 +24,55 @@ SCHEMA = "divespot.evaluation/1"
 @click.option(
     "--scenes",
     metavar="NAMES",
-    help="simulated scenes, separated by commas, with * for any letters  [default: all, or none "
+    help="simulated scenes, separated by commas, with * as wildcard  [default: all, or none "
     "with --scans]",
 )
 @click.option(
     "--scans",
     type=click.Path(),
     metavar="LIST.csv",
-    help="list of real scans: columns path and volume_m3, maybe unit; a row for each pile",
+    help="list of real scans: columns path and volume_m3, optionally unit; one row per pile",
 )
 @click.option(
     "--seeds",
     type=click.IntRange(min=1),
     default=5,
     show_default=True,
-    help="scans of each scene; those of families are scanned 4 times as often",
+    help="scans of each scene; 4 times as many of randomly drawn scenes",
 )
 @click.option(
     "--first-seed",
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="first seed of each scene; 4000 and above were never used to choose anything",
+    help="first seed of each scene; no constant was fitted on seeds of 4000 and above",
 )
 @click.option(
     "--density",
     type=float,
     default=1.0,
     show_default=True,
-    help="points wanted of each simulated scan, relative to the scene's own",
+    help="number of points of each simulated scan, relative to the scene's own",
 )
 @click.option(
     "--paper",
     is_flag=True,
-    help="measure each simulated scan by the paper's method as well, and compare by kind",
+    help="also measure each simulated scan by the paper's method, and compare by kind",
 )
 @click.option(
     "--repeat",
     is_flag=True,
     help="measure each scan again with another seed, rounded, thinned by 1 % and with every point "
-    "twice, and tell how many piles change by less than a third of their u95",
+    "twice, and count the piles that change by less than a third of their u95",
 )
 @jobs_option
 @click.option(
     "--out",
     type=click.Path(file_okay=False),
     metavar="DIR",
-    help="folder where finished scans are kept: after an interruption only the others are made",
+    help="folder where finished scans are kept: an interrupted run continues from there",
 )
-@json_option("write all results as JSON, - for stdout and nothing else there")
+@json_option("write all results as JSON; -: to stdout, and nothing else there")
 @force_option
 def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     scenes: str | None,
@@ -87,11 +87,11 @@ def evaluate(  # noqa: PLR0913, PLR0917 - one argument an option
     json_file: str | None,
     force: bool,  # noqa: FBT001 - click's call
 ) -> None:
-    """Measure scans of known volume with the default settings, and tell the errors.
+    """Measure scans of known volume with the default settings, and report the errors.
 
-    Prints a row for each kind of scene, the errors of thinned scans beside the paper's, how often
-    u95 holds the truth, and the goals with what was reached. A pile that was not found is an
-    error of 100 %; what else was called a pile is told under remarks.
+    Prints one row per kind of scene, the errors of thinned scans beside the paper's, how often the
+    truth lies within u95, and the figure reached for each goal. A pile that was not found counts
+    as an error of 100 %; false piles are counted under remarks.
     """
     from divespot.evaluate import evaluate as run  # noqa: PLC0415 - slow to import
     from divespot.report import finite  # noqa: PLC0415 - as above

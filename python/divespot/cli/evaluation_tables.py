@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
-    """Yield a heading and a table for each part of an evaluation that is there."""
+    """Yield a heading and a table for each part that the evaluation has."""
     if evaluation.whole:
         yield "Errors of the piles in %, by kind of scene", kinds_table(evaluation)
         if (remarks := remarks_table(evaluation)).row_count:
@@ -26,7 +26,7 @@ def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
         yield "`Settings()` beside `Settings.paper()`, in %", paper_table(evaluation)
     if evaluation.thinned:
         yield (
-            "Errors of the paper's shapes in %, thinned (the goals go by those of 5.2 m²)",
+            "Errors of the paper's shapes in %, thinned (the goals are for those of 5.2 m²)",
             compression_table(evaluation),
         )
     if evaluation.real:
@@ -41,7 +41,7 @@ def tables_of(evaluation: Evaluation) -> Iterator[tuple[str, Table]]:
 def kinds_table(evaluation: Evaluation) -> Table:
     """Return a row for each kind of scene, and one for all.
 
-    right: the scans, of all, where every pile was found and nothing else called one; held: share
+    right: scans, out of all, where every pile was found and there was no false pile; held: share
     of the piles whose truth lies within u95; u95: its median, as a share of the volume.
     """
     names = ("scene", "right", "piles", "mean", "largest", "bias", "held", "u95")
@@ -61,8 +61,8 @@ def kinds_table(evaluation: Evaluation) -> Table:
 def paper_table(evaluation: Evaluation) -> Table:
     """Return a row for each kind of scene: the default's errors, then the paper's method's.
 
-    That method measures one object, which is held against the largest pile of a scan. Its
-    compensation factor, which makes up for the toe that it cuts off, is 1 here.
+    The paper's method measures one object, which is compared with the largest pile of a scan. Its
+    compensation factor, which corrects for the toe that it cuts off, is 1 here.
     """
     table = Table(("scene", "piles", "mean", "largest", "paper: piles", "mean", "largest"))
     for kind, summary in evaluation.summaries().items():
@@ -83,7 +83,7 @@ def paper_table(evaluation: Evaluation) -> Table:
 
 
 def remarks_table(evaluation: Evaluation) -> Table:
-    """Return a row for each thing that went wrong in a kind of scene, and how often it did."""
+    """Return a row for each kind of failure in a kind of scene, with its count."""
     table = Table(("scene", "times", "what"), text=True)
     scenes = dict.fromkeys(kinds_of(one.scene)[0] for one in evaluation.whole)
     for kind in scenes:
@@ -102,7 +102,7 @@ def remarks_table(evaluation: Evaluation) -> Table:
 def compression_table(evaluation: Evaluation) -> Table:
     """Return a row for each voxel edge, the paper's figures beside ours.
 
-    The paper's are of the shapes of 5.2 m², by which the goals go; all shapes follow for
+    The paper's are for the shapes of 5.2 m², to which the goals refer; all shapes follow for
     information.
     """
     names = ("m²", "voxel m", "kept", "mean", "largest", "held", "right", "paper kept", "paper %")
@@ -177,7 +177,7 @@ def _figures(errors: ErrorStatistics) -> list[str]:
 
 
 def _percent(share: float | None) -> str:
-    """Return a share in percent, in no more digits than a column holds."""
+    """Return a share in percent, with as many digits as fit in a column."""
     if share is None:
         return "-"
     return f"{100 * share:.{2 if abs(share) < 0.1 else 1 if abs(share) < 1.0 else 0}f}"

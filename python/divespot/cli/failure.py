@@ -9,12 +9,12 @@ import click
 from divespot.cli.screen import tell
 from divespot.errors import DivespotError, printable, shortened
 
-#: What shells report of a process that Ctrl-C ended: 128 + SIGINT.
+#: Exit status that shells report for a process ended by Ctrl-C: 128 + SIGINT.
 INTERRUPTED = 130
 
 
 def said(error: DivespotError | OSError) -> str:
-    """Return an error as a sentence; an error of the system that names no file is about stdout."""
+    """Return an error as a sentence; a system error without a file name is about stdout."""
     if isinstance(error, DivespotError):
         return str(error)
     name = "the standard output" if error.filename is None else error.filename
@@ -34,7 +34,7 @@ class Failure(click.ClickException):
 
 
 class Guarded(click.Group):
-    """A group whose commands fail as `Failure`, whatever bad input did to them."""
+    """A group whose commands report bad input as `Failure`, whatever exception it caused."""
 
     def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - what a command returns
         """Run the command."""
@@ -45,7 +45,7 @@ class Guarded(click.Group):
         except click.FileError as error:
             raise Failure(error.format_message()) from None
         except BrokenPipeError:
-            raise  # click ends quietly: nobody reads any more
+            raise  # click exits quietly: the reader of stdout is gone
         except OSError as error:
             raise Failure(said(error)) from None
         except MemoryError:

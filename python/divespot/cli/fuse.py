@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     "--poses",
     type=click.Path(),
     metavar="PATH",
-    help="write where the camera was in each frame, as TUM does",
+    help="write the camera's pose in each frame, in TUM's format",
 )
 @click.option(
     "--voxel-m",
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 @force_option
 @click.pass_context
 def fuse(ctx: click.Context, /, **given: Any) -> None:  # noqa: ANN401 - as many types as options
-    """Put depth frames together: FRAMES is a folder, a list of images, an NPY or NPZ file.
+    """Fuse depth frames into one scan: FRAMES is a folder, a list of images, an NPY or NPZ file.
 
-    A recording of ROS or RealSense (.bag, .mcap, .db3) or of Azure Kinect (.mkv) is one, too, and
-    needs no --intrinsics where it holds them.
+    FRAMES may also be a recording of ROS or RealSense (.bag, .mcap, .db3) or of Azure Kinect
+    (.mkv), which needs no --intrinsics if it holds them.
 
-    Where each frame stood is found from the frames themselves; the floor becomes z = 0.
+    The camera's poses are found from the frames themselves; the floor becomes z = 0.
     """
     from divespot.frames import write_poses  # noqa: PLC0415 - slow to import
     from divespot.io import write  # noqa: PLC0415 - as above

@@ -1,4 +1,4 @@
-"""``divespot history``: what was measured so far."""
+"""``divespot history``: list earlier measurements."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("history", metavar="PATH.db", type=click.Path())
-@click.option("--site", help="measurements of this place alone")
+@click.option("--site", help="only measurements of this site")
 @click.option(
-    "--csv", "csv_file", type=click.Path(), metavar="PATH", help="write a row a pile as CSV"
+    "--csv", "csv_file", type=click.Path(), metavar="PATH", help="write one row per pile as CSV"
 )
 @json_option("print all reports as JSON Lines, with their times", metavar="-")
 @click.option(
@@ -50,7 +50,7 @@ def history(  # noqa: PLR0913, PLR0917 - one argument an option
 ) -> None:
     """List the measurements that `divespot measure --history PATH.db` kept.
 
-    The change beside each is since the one before it of the same site.
+    Each row shows the change since the previous measurement of the same site.
     """
     from divespot.results.history import entries  # noqa: PLC0415 - slow to import
 

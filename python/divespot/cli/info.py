@@ -1,4 +1,4 @@
-"""``divespot info``: what a scan is."""
+"""``divespot info``: describe a scan without measuring it."""
 
 from __future__ import annotations
 
@@ -37,22 +37,22 @@ CLASSES = {
     18: "high noise",
 }
 
-#: Characters of a reference system that are shown.
+#: Most characters of a reference system that are shown.
 LONGEST_SYSTEM = 70
 
 
 @click.command()
 @click.argument("scan", metavar="SCAN", type=click.Path())
 @click.option("--unit", default="auto", show_default=True, help="unit of the file's coordinates")
-@click.option("--up", default="auto", show_default=True, help="where up is, as of measure")
-@json_option("write all of it as JSON, - for stdout and nothing else there")
+@click.option("--up", default="auto", show_default=True, help="which way is up, as for measure")
+@json_option("write everything as JSON; -: to stdout, and nothing else there")
 @force_option
 def info(scan: str, unit: str, up: str, json_file: str | None, force: bool) -> None:  # noqa: FBT001 - click's call
-    """Tell what SCAN is, in about a second, before it is measured.
+    """Describe SCAN in about a second, without measuring it.
 
-    Points, bounds, spacing and density, unit, reference system, classes, points of no use, and
-    what tells which way is up and where the ground is. Of a large LAS or LAZ file, stretches that
-    are spread over it are read.
+    Prints points, bounds, spacing and density, unit, reference system, classes, unusable points,
+    which way is up and by what evidence, and where the ground is. A large LAS or LAZ file is
+    sampled in stretches spread over it.
     """
     from divespot.overview import info as look  # noqa: PLC0415 - slow to import
 

@@ -1,4 +1,4 @@
-"""The option for how many processes simulate and measure."""
+"""The option for the number of processes that simulate and measure."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""``divespot materials``: the table of densities."""
+"""``divespot materials``: the table of bulk densities."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from divespot.materials import MATERIALS, SOURCE
 def materials() -> None:
     """List the materials that `measure --material` knows.
 
-    A density range is that of one material poured and measured in different ways; anywhere in it
-    is as likely, which gives the standard uncertainty (GUM 4.3.7).
+    A density range is for one material poured and measured in different ways; every value in it is
+    taken as equally likely, which gives the standard uncertainty (GUM 4.3.7).
     """
     from divespot.cli.table import Table, show_table  # noqa: PLC0415 - slow to import
 

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from divespot.results.document import Survey
     from divespot.settings import Settings
 
-#: Files that are one survey.
+#: Files that are measured as one survey.
 Files: TypeAlias = tuple[str, ...]
 
 
@@ -55,16 +55,16 @@ Files: TypeAlias = tuple[str, ...]
 @cluster_options
 @click.option("--merge", is_flag=True, help="measure all SCANs as one survey: tiles, set-ups")
 @json_option(
-    "write the report as JSON, - for stdout and nothing else there; of several scans, one "
-    "line each with its time (JSON Lines), also of those that cannot be measured"
+    "write the report as JSON; -: to stdout, and nothing else there; for several scans, one line "
+    "each with the time (JSON Lines), also for those that cannot be measured"
 )
 @click.option(
     "--csv",
     "csv_file",
     type=click.Path(),
     metavar="PATH",
-    help="write a row a pile as CSV, with the time; one too of a scan without piles, or one that "
-    "cannot be measured",
+    help="write one row per pile as CSV, with the time; also one row for a scan without piles or "
+    "one that cannot be measured",
 )
 @click.option(
     "--history",
@@ -72,21 +72,21 @@ Files: TypeAlias = tuple[str, ...]
     metavar="PATH.db",
     help="add to a history (SQLite), which `divespot history` lists and plots; --report shows it",
 )
-@click.option("--site", default="", help="name of the place, for --report and --history")
+@click.option("--site", default="", help="name of the site, for --report and --history")
 @click.option(
-    "--append", is_flag=True, help="add to the files of --json and --csv, of one scan too"
+    "--append", is_flag=True, help="add to the files of --json and --csv, also for one scan"
 )
 @click.option(
     "--show-unit",
     type=click.Choice(NAMES),
-    help="unit of the table's volumes; t: tonnes, which need a density  [default: m3, or L of "
+    help="unit of the table's volumes; t: tonnes, which need a density  [default: m3, or L for "
     "small piles]",
 )
 @click.option(
     "--status",
     is_flag=True,
-    help="print one line a scan instead of the table, for scripts: status=measured, no_pile, "
-    "no_ground, nothing_seen or bad_input, and what was measured",
+    help="print one line per scan instead of the table, for scripts: status=measured, no_pile, "
+    "no_ground, nothing_seen or bad_input, and the volume",
 )
 @result_options
 @loudness_options
@@ -102,9 +102,9 @@ def measure(
 
     SCAN is a PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY or NPZ file, or one of them in a
     GZIP or ZIP file. No option is needed: every length that is not given is derived from the
-    scan's own point spacing. A scan that cannot be measured is named on stderr, and the next
-    one is measured. With --intrinsics, SCAN is a folder (or an NPY or NPZ file) of depth frames,
-    which are put together first; so is a recording (.bag, .mcap, .db3, .mkv).
+    scan's own point spacing. If a scan cannot be measured, an error is printed on stderr and the
+    next one is measured. With --intrinsics, SCAN is a folder (or an NPY or NPZ file) of depth
+    frames, which are fused first; so is a recording (.bag, .mcap, .db3, .mkv).
     """
     settings = chosen_settings(ctx)
     depth = DepthFrames.of(ctx)
@@ -125,7 +125,7 @@ def _check_usage(
     surveys: Sequence[Files],
     files: Mapping[ResultFile, str],
 ) -> None:
-    """Refuse options that do not go together."""
+    """Refuse options that exclude each other."""
     given = ctx.params
     if len(surveys) > 1 and files:
         option, count = next(iter(files)).flags[0], len(surveys)
@@ -147,7 +147,7 @@ def _check(
     files: Mapping[ResultFile, str],
     depth: DepthFrames | None,
 ) -> None:
-    """Refuse outputs over what is read or is not our own."""
+    """Refuse outputs that would overwrite inputs or files of other programs."""
     outputs = {
         "--json": (given["json_file"], REPORT),
         "--csv": (given["csv_file"], TABLE),
@@ -169,7 +169,7 @@ def _check(
 
 @dataclass(frozen=True)
 class Output:
-    """Where reports go."""
+    """Where reports are written."""
 
     json_file: str | None
     lines: JsonLines | None
@@ -188,7 +188,7 @@ class Output:
         surveys: Sequence[Files],
         files: Mapping[ResultFile, str],
     ) -> Output:
-        """Return where the options say."""
+        """Return the outputs that the options name."""
         json_file, csv_file, append = given["json_file"], given["csv_file"], given["append"]
         several = append or surveys[1:]
         lines = JsonLines(json_file, append=append) if json_file and several else None
@@ -197,9 +197,9 @@ class Output:
         return cls(json_file, lines, rows, files, **{name: given[name] for name in plain})
 
     def write(self, report: Report) -> bool:
-        """Write a report to all places that were asked for, pictures last.
+        """Write a report to all outputs, pictures last.
 
-        Returns whether all could be written; one that cannot does not cost the others.
+        Returns whether all were written; if one fails, the others are still written.
         """
         steps: list[Callable[[], None]] = []
         if self.lines is not None:
@@ -220,14 +220,14 @@ class Output:
         return _all_done(steps)
 
     def _told(self, report: Report) -> Callable[[], None] | None:
-        """Return what prints the report; the line that was asked for is printed in any case."""
+        """Return the function that prints the report; ``--status`` prints even with ``--quiet``."""
         if self.status:
             return partial(show_status, report)
         is_silent = self.quiet or self.json_file == STDOUT
         return None if is_silent else partial(show, report, self.show_unit)
 
     def _survey(self) -> Survey:
-        """Return what is known of the place, before this measurement is added."""
+        """Return earlier measurements of the site, before this one is added."""
         from divespot.results.document import Survey  # noqa: PLC0415 - slow to import
         from divespot.results.history import past  # noqa: PLC0415 - as above
 
@@ -252,17 +252,17 @@ class Output:
 
 
 def _all_done(steps: Iterable[Callable[[], None]]) -> bool:
-    """Take every step, and tell of those that fail."""
+    """Run every step, and report those that fail."""
     failures = [error for step in steps if (error := _attempt(step)) is not None]
     for error in failures:
         if isinstance(error, BrokenPipeError):
-            raise error  # click ends quietly: nobody reads any more
+            raise error  # click exits quietly: the reader of stdout is gone
         Failure(said(error)).show()
     return not failures
 
 
 def _attempt(step: Callable[[], None]) -> DivespotError | OSError | None:
-    """Write one output; return what went wrong."""
+    """Write one output; return the error, if any."""
     try:
         step()
     except (DivespotError, OSError) as error:
@@ -277,7 +277,7 @@ def _measure_one(
     depth: DepthFrames | None,
     cluster: Cluster | None,
 ) -> bool:
-    """Measure one scan, or several as one, and tell of it; return whether that worked."""
+    """Measure one scan, or several as one, and report it; return whether that worked."""
     try:
         report = run(survey if survey[1:] else survey[0], settings, depth, cluster)
     except (DivespotError, MemoryError) as error:

@@ -1,4 +1,4 @@
-"""One option for each setting, made from the settings themselves, so that both stay the same."""
+"""One option per setting, made from the settings' metadata, so that the two cannot differ."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound="Callable[..., Any]")
 
 PRESETS: dict[str, Callable[[], Settings]] = {"default": Settings, "paper": Settings.paper}
-#: Whether an option was given: on the command line, or in a profile.
+#: Sources of a value that count as given: the command line, or a profile.
 GIVEN = (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)
 
 FIELDS = {item.name: item for item in dataclasses.fields(Settings) if item.name != "stages"}
 STAGES = {item.name: item for item in dataclasses.fields(Stages)}
 
-#: Headings of ``--help`` after that of the outputs, and the settings below each.
+#: Headings of ``--help`` after the outputs, and the settings under each.
 GROUPS = {
     "The scan": ("unit", "crs", "columns", "classes", "returns", "crop"),
     "The ground": ("up", "max_tilt_deg", "level"),
@@ -34,7 +34,7 @@ GROUPS = {
     "The run": ("preset", "seed", "threads"),
     "The paper's method, with --preset paper": tuple(STAGES),
 }
-#: Options that are no settings, under a heading of their own.
+#: Options that are not settings, under headings of their own.
 OTHERS = {
     "Depth frames": (
         "intrinsics",
@@ -64,7 +64,7 @@ def corners(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise click.BadParameter(f"{text!r} is not numbers with commas between them") from None
+        raise click.BadParameter(f"{text!r}: numbers separated by commas are needed") from None
 
 
 def simulation_options(command: F) -> F:
@@ -74,7 +74,7 @@ def simulation_options(command: F) -> F:
         type=float,
         default=1.0,
         show_default=True,
-        help="points wanted, relative to the scene's own",
+        help="number of points, relative to the scene's own",
     )
     seed = click.option(
         "--seed",
@@ -90,7 +90,7 @@ class Grouped(click.Command):
     """A command whose ``--help`` shows options under headings, outputs first."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse; of an option that is gone, say where it went."""
+        """Parse; for an option that was removed, name its replacement."""
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:

@@ -1,4 +1,4 @@
-"""What commands write: checked before anything is measured, then whole or not at all."""
+"""Output files of commands: checked before anything is measured, then written whole or not."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ force_option = click.option(
 
 
 def json_option(help_text: str, metavar: str = "PATH|-") -> Callable[[F], F]:
-    """Return the option ``--json``, of which - means the standard output."""
+    """Return the option ``--json``, where - means the standard output."""
     path = click.Path(allow_dash=True)
     return click.option("--json", "json_file", type=path, metavar=metavar, help=help_text)
 
@@ -51,7 +51,7 @@ def points_option(*, required: bool) -> Callable[[F], F]:
 
 
 def ends_in(endings: tuple[str, ...]) -> Callable[[Any, Any, str | None], str | None]:
-    """Return what refuses a path with another ending before anything is done."""
+    """Return a callback that refuses a path with another ending before anything is done."""
 
     def checked(_ctx: click.Context, _param: click.Parameter, path: str | None) -> str | None:
         if path is not None and endings and not path.lower().endswith(endings):
@@ -67,16 +67,16 @@ def check_outputs(
     *,
     force: bool,
 ) -> None:
-    """Refuse outputs that would overwrite what is read, another output, or what is not our own.
+    """Refuse outputs that would overwrite an input, another output, or another program's file.
 
     Parameters
     ----------
     outputs
-        For each option its path, if it was given, and how such files begin.
+        For each option its path, if given, and how such files begin.
     inputs
-        Paths of all that is read.
+        Paths of all inputs.
     force
-        Overwrite what is not our own.
+        Overwrite other programs' files.
 
     """
     read = list(inputs)
@@ -89,10 +89,10 @@ def check_outputs(
 
 
 class JsonLines:
-    """JSON Lines on the standard output or in a file, a line a call.
+    """JSON Lines on the standard output or in a file, one line per call.
 
-    The first line takes the place of what the file held, unless it is to be appended to; a process
-    that ends early leaves whole lines.
+    The first line replaces the file's content, unless lines are appended; if the process ends
+    early, all lines in the file are complete.
     """
 
     def __init__(self, path: str, *, append: bool) -> None:
@@ -100,7 +100,7 @@ class JsonLines:
         self._append = append
 
     def write(self, value: Mapping[str, Any]) -> None:
-        """Write what belongs on a line, with the time before it."""
+        """Write a value as one line, with the time as its first field."""
         line = json.dumps({"time": now(), **value}, allow_nan=False) + "\n"
         if self._path == STDOUT:
             _print(line)
@@ -112,7 +112,7 @@ class JsonLines:
 
 
 class CsvRows:
-    """Rows of a CSV file; the first takes the place of what was there, unless it is added to."""
+    """Rows of a CSV file; the first replaces the file's content, unless rows are appended."""
 
     def __init__(self, path: str, *, append: bool) -> None:
         self._path = path
@@ -146,7 +146,7 @@ def _print(text: str) -> None:
 
 
 def failed(scan: str, sentence: str, status: Status) -> dict[str, Any]:
-    """Return the line of a scan that could not be measured."""
+    """Return the JSON line for a scan that could not be measured."""
     path = os.fsencode(scan).decode("utf-8", "replace")
     source = {"path": path}
     return {"schema": ERROR_SCHEMA, "status": status, "source": source, "error": sentence}

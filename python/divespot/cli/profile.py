@@ -1,4 +1,4 @@
-"""``--profile site.toml``: options of a place that is measured again and again."""
+"""``--profile site.toml``: options of a site that is measured again and again."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
-#: Options whose values name files, beside those that say so.
+#: Options whose values are paths, besides those of type path.
 _FILES = ("outline",)
 
-#: What stands before a path in `base`.
+#: The prefix of a path in `base`.
 _SURFACE = "surface="
 
-#: Options of a single call.
+#: Options that may not be in a profile, since they are for a single call.
 _NOT_IN_PROFILES = ("profile", "help", "force")
 
 
 def profile_option(command: F) -> F:
-    """Add ``--profile``, whose options are taken where the command line has none."""
+    """Add ``--profile``, whose options apply unless given on the command line."""
     return click.option(
         "--profile",
         type=click.Path(),
         metavar="PATH.toml",
         is_eager=True,
         callback=_taken,
-        help='take options from a file, as base = "plane"; files named there lie beside it, what '
-        "is given here goes first",
+        help='take options from a TOML file, as base = "plane"; paths in it are relative to it, '
+        "options on the command line take precedence",
     )(command)
 
 
@@ -50,13 +50,13 @@ def _read(path: str) -> dict[str, Any]:
         import tomli as tomllib  # noqa: PLC0415 - as above
     try:
         return tomllib.loads(Path(path).read_bytes().decode())
-    except (OSError, ValueError) as error:  # decoding errors of text and of TOML are of the latter
+    except (OSError, ValueError) as error:  # errors of decoding and of TOML are ValueErrors
         reason = getattr(error, "strerror", None) or error
         raise click.BadParameter(f"{path}: cannot be read as TOML ({reason})") from None
 
 
 def _defaults(ctx: click.Context, path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of this command's options; those of its siblings are passed over."""
+    """Return the values of this command's options; options of other commands are ignored."""
     own = dict(_named(ctx.command))
     siblings = getattr(ctx.find_root().command, "commands", {}).values()
     known = {name for command in siblings for name, _ in _named(command)} | set(own)
@@ -65,7 +65,7 @@ def _defaults(ctx: click.Context, path: Path, given: Mapping[str, Any]) -> dict[
         name = key.replace("_", "-")
         if name not in known:
             near = get_close_matches(name, known, 1)
-            hint = f": {near[0]} was meant?" if near else ""
+            hint = f": did you mean {near[0]}?" if near else ""
             raise click.BadParameter(f"{path}: {key} is no option{hint}")
         if name in own:
             option = own[name]
@@ -74,7 +74,7 @@ def _defaults(ctx: click.Context, path: Path, given: Mapping[str, Any]) -> dict[
 
 
 def _named(command: click.Command) -> Iterator[tuple[str, click.Option]]:
-    """Return the options by their names on the command line."""
+    """Yield the options by their names on the command line."""
     for option in command.params:
         if isinstance(option, click.Option):
             names = (flag.removeprefix("--") for flag in option.opts if flag.startswith("--"))
@@ -82,7 +82,7 @@ def _named(command: click.Command) -> Iterator[tuple[str, click.Option]]:
 
 
 def _plain(path: Path, key: str, value: Any) -> Any:  # noqa: ANN401 - any value of TOML
-    """Return a value as the option takes it: of a list, numbers with commas between them."""
+    """Return a value as the option takes it; numbers of a list are joined by commas."""
     if isinstance(value, list):
         return ",".join(str(_plain(path, key, item)) for item in value)
     if isinstance(value, str | bool | int | float):
@@ -92,7 +92,7 @@ def _plain(path: Path, key: str, value: Any) -> Any:  # noqa: ANN401 - any value
 
 
 def _placed(option: click.Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - as above
-    """Return a value of which a path lies beside the profile."""
+    """Return a value; if it is a path, relative to the profile's folder."""
     if not isinstance(value, str) or value == "-":
         return value
     if isinstance(option.type, click.Path) or option.name in _FILES:

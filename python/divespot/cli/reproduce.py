@@ -13,7 +13,7 @@ from divespot.cli.screen import file_name, progress_bar
 @click.option(
     "--frames",
     is_flag=True,
-    help="take the shapes from depth frames too, and show what each step of the registration does",
+    help="also simulate the shapes as depth frames, and show each step of the registration",
 )
 @click.option(
     "--out",
@@ -21,8 +21,8 @@ from divespot.cli.screen import file_name, progress_bar
     metavar="DIR",
     default="reproduction",
     show_default=True,
-    help="folder for the page, its figures and JSON, and finished rounds: after an interruption "
-    "only the others are done",
+    help="folder for the page, its figures and JSON, and finished rounds: an interrupted run "
+    "continues from there",
 )
 @jobs_option
 @click.option(
@@ -30,13 +30,13 @@ from divespot.cli.screen import file_name, progress_bar
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="seed of every random draw; the same seed gives the same page, measured times aside",
+    help="seed of all random draws; the same seed gives the same page, except for measured times",
 )
 def reproduce(quick: bool, frames: bool, out: str, jobs: int, seed: int) -> None:  # noqa: FBT001 - click's call
     """Run the paper's experiments on simulated scans of known volume.
 
-    Writes reproduce.md and reproduce.html with each of the paper's tables beside the measured
-    one, figures, and the JSON behind them. Needs the extra divespot[reproduce].
+    Writes reproduce.md and reproduce.html, which show each of the paper's tables beside the
+    measured one, figures, and the JSON behind them. Needs the extra divespot[reproduce].
     """
     from divespot.reproduce import Plan  # noqa: PLC0415 - slow to import
     from divespot.reproduce import reproduce as run  # noqa: PLC0415 - as above

@@ -1,4 +1,4 @@
-"""Files of one scan's results: their options, how they begin, and what writes them."""
+"""Output files of one scan: their options, how such files begin, and the functions that write."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from divespot.report import Report
     from divespot.results.document import Survey
 
-#: Endings of pictures.
+#: File name endings of pictures.
 PICTURES = (".png", ".svg", ".pdf")
 
 F = TypeVar("F", bound="Callable[..., Any]")
@@ -26,7 +26,7 @@ F = TypeVar("F", bound="Callable[..., Any]")
 
 @dataclass(frozen=True)
 class ResultFile:
-    """An option that names a file of one scan's results."""
+    """An option for an output file of one scan."""
 
     flags: tuple[str, ...]
     metavar: str
@@ -62,7 +62,7 @@ class ResultFile:
             return self.save(report, path, *about)
         except DivespotError:
             raise
-        # What matplotlib or Typst do not manage costs the picture alone.
+        # If matplotlib or Typst fails, only the picture is lost.
         except Exception as error:  # noqa: BLE001
             what = f"{path}: cannot be drawn ({type(error).__name__}: {error})"
             raise DivespotError(what) from None
@@ -122,19 +122,19 @@ def _page(report: Report, path: str, survey: Survey | None) -> None:
     save_report(report, path, survey)
 
 
-#: In the order in which they are written: what is drawn comes last.
+#: In the order in which they are written; pictures come last.
 FILES = (
     ResultFile(
         ("--save-base",),
         "PATH",
-        "write the base in force as .ply, .npy or .xyz, for --base surface=PATH",
+        "write the base surface as .ply, .npy or .xyz, for --base surface=PATH",
         POINTS,
         _base,
     ),
     ResultFile(
         ("--geojson", "--save-outlines"),
         "PATH",
-        "write the piles' outlines with their figures as GeoJSON, for a GIS or --outline PATH",
+        "write the piles' outlines with their volumes as GeoJSON, for a GIS or --outline PATH",
         OUTLINES,
         _outlines,
     ),
@@ -173,7 +173,7 @@ FILES = (
     ResultFile(
         ("--report",),
         "PATH.html|.pdf",
-        "write a page to be read and signed: volumes, plan, sections, 3D view, uncertainties",
+        "write a page to read and sign: volumes, plan, sections, 3D view, uncertainties",
         PAGE,
         _page,
         (".html", ".pdf"),
@@ -202,7 +202,7 @@ FILES = (
 
 
 def result_options(command: F) -> F:
-    """Add an option for each file of one scan's results."""
+    """Add an option for each output file of one scan."""
     for item in reversed(FILES):
         command = item.option()(command)
     return command

@@ -1,4 +1,4 @@
-"""What a terminal shows."""
+"""Output on a terminal."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
-#: What takes no longer needs no progress line.
+#: Tasks that take less time, in seconds, get no progress line.
 PATIENCE_S = 1.0
 
 
 def file_name(path: str | os.PathLike[str]) -> str:
-    """Return a file's name as a terminal may show it."""
+    """Return a file's name without control characters, for a terminal."""
     return printable(click.format_filename(path))
 
 
 def tell(line: str) -> None:
-    """Print a line on stderr; where nobody can read it, go on without."""
+    """Print a line on stderr; if it is closed, do nothing."""
     with suppress(OSError, ValueError):
         click.echo(line, err=True)
 
@@ -41,10 +41,10 @@ def loudness_options(command: F) -> F:
         is_flag=True,
         expose_value=False,
         callback=_log,
-        help="tell each stage with its time on stderr",
+        help="print each stage with its time on stderr",
     )
     quiet = click.option(
-        *("-q", "--quiet"), is_flag=True, help="print errors alone: no table, no warnings"
+        *("-q", "--quiet"), is_flag=True, help="print only errors: no table, no warnings"
     )
     return verbose(quiet(command))
 
@@ -76,7 +76,7 @@ def progress_line(task: str) -> Iterator[Callable[[str], None]]:
         yield lambda _stage: None
         return
     shown = _Line(task)
-    # A stage may itself take long, so time must run beside it.
+    # A single stage may take long, so a thread updates the time.
     timer = threading.Timer(PATIENCE_S, shown.begin)
     timer.daemon = True
     timer.start()
@@ -89,7 +89,7 @@ def progress_line(task: str) -> Iterator[Callable[[str], None]]:
 
 
 class _Line:
-    """One line on a terminal that is written anew, in the end with blanks."""
+    """One line on a terminal that is overwritten, and finally blanked."""
 
     def __init__(self, task: str) -> None:
         self._task, self._stage = task, ""
@@ -124,13 +124,13 @@ def _echo(text: str) -> None:
 
 
 def _is_terminal() -> bool:
-    """Return whether stderr is one; a process may have none at all."""
+    """Return whether stderr is a terminal; a process may have no stderr at all."""
     return sys.stderr is not None and sys.stderr.isatty()
 
 
 @contextmanager
 def progress_bar(task: str) -> Iterator[Callable[[int, int], None]]:
-    """Show how much of a long task is done on stderr, on a terminal only.
+    """Show on stderr how much of a long task is done, on a terminal only.
 
     Yields
     ------

@@ -1,4 +1,4 @@
-"""``divespot simulate``: scans whose truth is known."""
+"""``divespot simulate``: scans whose true volume is known."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TRUTH_SCHEMA = "divespot.truth/1"
 
 
 def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None:  # noqa: FBT001 - click's call
-    """Print the names of all scenes, with what each is, and exit."""
+    """Print the names of all scenes with their volumes, and exit."""
     if not value:
         return
     from divespot.simulate import NAMES, scene_named  # noqa: PLC0415 - slow to import
@@ -48,8 +48,8 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
     "--frames",
     type=click.Path(),
     metavar="DIR",
-    help="folder for the depth frames instead: 16-bit PNG in mm (NPZ without the extra frames), "
-    "intrinsics.json, true poses.txt",
+    help="folder for simulated depth frames instead: 16-bit PNG in mm (NPZ without the extra "
+    "frames), intrinsics.json, true poses.txt",
 )
 @click.option(
     "--path",
@@ -63,7 +63,7 @@ def list_names(ctx: click.Context, _param: click.Parameter, value: bool) -> None
     "--truth",
     type=click.Path(allow_dash=True),
     metavar="PATH|-",
-    help="write the truth as JSON, - for stdout and nothing else there",
+    help="write the truth as JSON; -: to stdout, and nothing else there",
 )
 @simulation_options
 @force_option
@@ -108,7 +108,7 @@ def _frames(  # noqa: PLR0913 - what the options say
     truth: str | None,
     force: bool,
 ) -> None:
-    """Write depth frames and what is known of them."""
+    """Write depth frames, their intrinsics and true poses, and the truth."""
     from divespot.frames.sequence import require_free, write_frames  # noqa: PLC0415 - slow to import
     from divespot.simulate import frames  # noqa: PLC0415 - as above
 
@@ -129,7 +129,7 @@ def _frames(  # noqa: PLR0913 - what the options say
 
 
 def simulated(name: str, seed: int, density: float = 1.0) -> SimulatedScan:
-    """Simulate with a progress line."""
+    """Simulate a scan, with a progress line."""
     from divespot.simulate import scan  # noqa: PLC0415 - slow to import
 
     with progress_line(f"simulating {name}"):
@@ -137,9 +137,9 @@ def simulated(name: str, seed: int, density: float = 1.0) -> SimulatedScan:
 
 
 def truth_of(taken: SimulatedScan, density: float) -> dict[str, Any]:
-    """Return what is known of a simulated scan, for JSON.
+    """Return the truth of a simulated scan, for JSON.
 
-    `pose` is the rigid motion in metres, row by row, from the scene's frame (floor at z = 0) into
+    `pose` is the rigid motion in metres, row by row, from the scene's frame (floor at z = 0) to
     the scan's.
     """
     return {

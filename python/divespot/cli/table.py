@@ -1,4 +1,4 @@
-"""Tables of text: a few columns, no more. A library for them takes as long to load as a scan."""
+"""Text tables; importing a library for them would take as long as measuring a scan."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 #: Blanks between two columns, unless there are many.
 GAP = 3
 
-#: Columns of text that goes into a file or a pipe, where no line is too long.
+#: Width in characters of tables written to a file or a pipe.
 FILE_COLUMNS = 120
 
-#: Characters that a column of text has, however narrow the terminal is.
+#: Least width in characters of a column of text, however narrow the terminal is.
 NARROWEST = 16
 
 
@@ -33,12 +33,12 @@ class _Row:
 
 @dataclass
 class Table:
-    """Names at the left, then numbers, and maybe text at the right, which is wrapped.
+    """Names at the left, then numbers, and optionally wrapped text at the right.
 
     Attributes
     ----------
     names
-        One for each column, of one line or more.
+        One per column, of one or more lines.
     text
         Whether the last column is text.
     gap
@@ -56,16 +56,16 @@ class Table:
         self._rows.append(_Row(cells, style))
 
     def add_section(self) -> None:
-        """Leave a line free between the rows before and those after."""
+        """Add a blank line between the rows before and after."""
         self._rows.append(None)
 
     @property
     def row_count(self) -> int:
-        """The number of rows, free lines aside."""
+        """The number of rows, without blank lines."""
         return sum(row is not None for row in self._rows)
 
     def lines(self, most: int) -> Iterator[str]:
-        """Yield the lines, of `most` characters where that suffices for the numbers."""
+        """Yield the lines, at most `most` characters wide if the numbers fit."""
         widths = self._widths(most)
         yield from self._wrapped(_Row(self.names, "bold"), widths)
         yield "─" * (sum(widths) + self.gap * (len(widths) - 1))
@@ -81,7 +81,7 @@ class Table:
         return widths
 
     def _without_ends(self) -> list[_Row | None]:
-        """Return the rows without free lines where nothing precedes or follows."""
+        """Return the rows without blank lines at the beginning and the end."""
         rows = self._rows[:]
         while rows and rows[-1] is None:
             rows.pop()
@@ -107,9 +107,9 @@ class Table:
 
 
 def show_table(table: Table) -> None:
-    """Print a table as wide as the terminal, or as `FILE_COLUMNS` where there is none."""
+    """Print a table as wide as the terminal, or `FILE_COLUMNS` wide where there is none."""
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # not every terminal knows a ±
+        sys.stdout.reconfigure(errors="replace")  # some terminals cannot show a ±
     for line in table.lines(shutil.get_terminal_size((FILE_COLUMNS, 0)).columns):
         click.echo(line)
 
@@ -126,7 +126,7 @@ def _padded(part: str, width: int, *, at_left: bool) -> str:
 
 
 def _width(cell: str) -> int:
-    """Return the columns that a cell takes in a terminal."""
+    """Return the number of columns that a cell takes in a terminal."""
     return max(sum(map(_columns, line)) for line in cell.split("\n"))
 
 

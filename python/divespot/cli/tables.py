@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def report_table(report: Report, unit: str | None = None) -> Table:
-    """Return a row for each pile, their total, and a row for each other object.
+    """Return a row for each pile, one for their total, and one for each other object.
 
     The volume is the net of cut (above the base) and fill (below it).
     """
@@ -40,7 +40,7 @@ def report_table(report: Report, unit: str | None = None) -> Table:
 
 
 def _parts(piles: Sequence[Pile], u95_m3: float, shown: Shown) -> tuple[str, str]:
-    """Return cut and fill with the digits that their uncertainty leaves."""
+    """Return cut and fill, rounded to the digits that their uncertainty justifies."""
     cut, fill = (
         sum(shown.per_m3_of(pile) * getattr(pile, name) for pile in piles)
         for name in ("cut_m3", "fill_m3")
@@ -60,7 +60,7 @@ def bases_table(report: Report) -> Table:
 
 
 def times_table(timings_s: Mapping[str, float], points: int) -> Table:
-    """Return a row for each stage, the sum and the points a second."""
+    """Return a row for each stage, the sum, and the points per second."""
     total_s = sum(timings_s.values())
     table = Table(("stage", "ms", "share"))
     for stage, seconds in timings_s.items():

@@ -1,4 +1,4 @@
-"""What a measurement tells people, and scripts."""
+"""Printing a report for people, and for scripts."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def show_warnings(report: Report) -> None:
 
 
 def show_status(report: Report) -> None:
-    """Print a report as one line of words for a script; the first tells what became of the scan."""
+    """Print a report as one line of words for a script; the first is the status."""
     total = report.total
     figures = {
         "piles": str(len(report.piles)),
@@ -50,7 +50,7 @@ def show_status(report: Report) -> None:
 
 
 def show_failure(scan: str, sentence: str, status: Status) -> None:
-    """Print the line of `show_status` of a scan that could not be measured."""
+    """Print the line of `show_status` for a scan that could not be measured."""
     click.echo(_status_line(status, file_name(scan), error=_quoted(sentence)))
 
 
