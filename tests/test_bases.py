@@ -149,7 +149,7 @@ def test_where_the_earlier_scan_saw_nothing_is_said_and_paid_for(tmp_path: Path)
     hole = np.hypot(*floor().T[:2]) < 0.3
     base = saved(tmp_path, floor()[~hole])
     report = divespot.measure(heap(), base=base)
-    assert any("the base shows nothing below" in warning for warning in report.warnings)
+    assert any("the base has no data below" in warning for warning in report.warnings)
     found, whole = report.piles[0], pile(heap(), saved(tmp_path, floor(), "all.ply"))
     assert found.budget.base_m3 > 3 * whole.budget.base_m3
     assert abs(found.volume_m3 - CONE_M3) < found.u95_m3
@@ -235,7 +235,7 @@ def test_bases_that_cannot_be_are_refused(base: str, message: str) -> None:
 
 def test_surfaces_that_cannot_be_are_refused(tmp_path: Path) -> None:
     elsewhere = saved(tmp_path, floor() + np.array([50.0, 0, 0]))
-    with pytest.raises(DivespotError, match=r"floor.ply: 0 usable points .* its place with"):
+    with pytest.raises(DivespotError, match=r"floor.ply: 0 usable points .* that overlaps"):
         divespot.measure(heap(), base=elsewhere)
     few = saved(tmp_path, floor()[:3], "few.ply")
     with pytest.raises(DivespotError, match=r"few.ply: .* points .* needed|few.ply: .* needs"):

@@ -254,4 +254,4 @@ def test_the_commands_refuse_what_does_not_go_together(tmp_path: Path) -> None:
     assert "9 x 9 pixels, the intrinsics are for 640 x 480" in wrong.stderr
     over = tmp_path / "f.npy"
     args = ("fuse", over, "--intrinsics", tmp_path / "K.json", "-o", over)
-    assert "would overwrite what is read" in run(*args).stderr
+    assert "would overwrite an input" in run(*args).stderr

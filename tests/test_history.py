@@ -88,7 +88,7 @@ def test_what_is_no_history_is_left_alone(tmp_path: Path) -> None:
     assert run("history", tmp_path / "none.db").exit_code == 1
     assert not (tmp_path / "none.db").exists()
     refused = run("measure", tmp_path / "a.npy", "--history", tmp_path / "a.npy")
-    assert "would overwrite what is read" in refused.stderr
+    assert "would overwrite an input" in refused.stderr
 
 
 def test_a_history_that_cannot_be_written_does_not_cost_the_rest(tmp_path: Path) -> None:

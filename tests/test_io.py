@@ -228,7 +228,7 @@ def test_las_height_in_its_own_unit(tmp_path: Path) -> None:
 def test_a_given_unit_goes_before_the_stated_one_with_a_warning(tmp_path: Path) -> None:
     scan = read_bytes(tmp_path, "a.las", las(FINITE, geokeys={3076: 9002}), "cm")
     np.testing.assert_allclose(scan.points, FINITE * 0.01, rtol=1e-15)
-    assert "says its unit is ft" in scan.warnings[0]
+    assert "states the unit ft" in scan.warnings[0]
 
 
 def test_degrees_are_refused_unless_a_unit_is_given(tmp_path: Path) -> None:

@@ -79,7 +79,7 @@ def test_an_output_never_takes_the_place_of_an_input(
     for target in (scan_path, link, f"{tmp_path}/../{tmp_path.name}/{scan_path.name}"):
         result = run("measure", scan_path, option, target, *force)
         assert result.exit_code == 1
-        assert "would overwrite what is read" in result.stderr
+        assert "would overwrite an input" in result.stderr
     assert scan_path.read_bytes() == before
 
 
@@ -107,7 +107,7 @@ def test_bases_and_outlines_that_are_read_are_not_written(tmp_path: Path, heap: 
         ("--outline", lines, "--save-outlines", lines),
         ("--save-base", tmp_path / "same.ply", "--save-outlines", tmp_path / "same.ply"),
     ):
-        assert "would overwrite what is read" in run("measure", heap, *options).stderr
+        assert "would overwrite an input" in run("measure", heap, *options).stderr
 
 
 def test_a_pattern_that_names_a_scan_as_output_loses_nothing(tmp_path: Path, heap: Path) -> None:
@@ -135,7 +135,7 @@ def test_functions_do_not_write_over_their_scan(heap: Path) -> None:
     report = divespot.measure(heap)
     before = heap.read_bytes()
     for save in (divespot.save_outlines, save_picture):
-        with pytest.raises(DivespotError, match="would overwrite what is read"):
+        with pytest.raises(DivespotError, match="would overwrite an input"):
             save(report, heap)
     assert heap.read_bytes() == before
 
@@ -325,13 +325,13 @@ def test_what_is_read_is_never_written_from_python(tmp_path: Path, heap: Path) -
     before = heap.read_bytes()
     report = divespot.measure(heap)
     for save in (divespot.save_base, divespot.save_outlines, save_picture):
-        with pytest.raises(DivespotError, match="would overwrite what is read"):
+        with pytest.raises(DivespotError, match="would overwrite an input"):
             save(report, heap)
     assert heap.read_bytes() == before
     base = tmp_path / "floor.ply"
     divespot.save_base(report, base)
     later = divespot.measure(heap, base=f"surface={base}")
-    with pytest.raises(DivespotError, match="would overwrite what is read"):
+    with pytest.raises(DivespotError, match="would overwrite an input"):
         divespot.save_base(later, base)
 
 

@@ -111,5 +111,5 @@ def test_no_output_takes_the_place_of_a_profile(folder: Path) -> None:
     path.write_text('json = "kept.toml"\n')
     status, _, said = run("measure", folder / "scan.npy", "--profile", path, "--force")
     assert status == 1
-    assert "would overwrite what is read" in said
+    assert "would overwrite an input" in said
     assert path.read_text() == 'json = "kept.toml"\n'

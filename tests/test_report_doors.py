@@ -162,7 +162,7 @@ def test_other_endings_and_what_was_read_are_refused(tmp_path: Path) -> None:
     dio.write(tmp_path / "scan.xyz", points()[np.isfinite(points()).all(axis=1)])
     (tmp_path / "scan.xyz").rename(path)
     report = divespot.measure(path)
-    with pytest.raises(DivespotError, match="would overwrite what is read"):
+    with pytest.raises(DivespotError, match="would overwrite an input"):
         report.save(path, force=True)
 
 

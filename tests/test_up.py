@@ -116,7 +116,7 @@ def test_z_is_up_where_a_floor_is_level_in_it(points: Floats) -> None:
 
 def test_a_pit_alone_may_be_a_scan_upside_down() -> None:
     warnings = divespot.measure(pit()).warnings
-    assert any("as if it were upside down" in warning for warning in warnings)
+    assert any("seems to be upside down" in warning for warning in warnings)
     assert not any("upside down" in w for w in divespot.measure(pit(), up="z").warnings)
 
 

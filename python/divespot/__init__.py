@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from divespot.spacing import Survey, point_spacing, survey
     from divespot.stages import Stages
 
-#: Everything else is imported when it is first asked for, so that a script starts at once.
+#: Names imported on first access, so that a script starts quickly.
 _LATER = {
     "Budget": "divespot.budget",
     "Clusters": "divespot.clustering",

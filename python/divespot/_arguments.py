@@ -1,4 +1,4 @@
-"""What callers pass, as the native kernels take it."""
+"""Arguments of callers, checked and converted for the native kernels."""
 
 import math
 import operator
@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from divespot.errors import DivespotError, shortened
 
-#: More threads than any machine has cores; each takes a stack of its own.
+#: Most threads that may be asked for: above any machine's cores; each thread takes a stack.
 MOST_THREADS = 1024
 
 
 def as_floats(name: str, values: ArrayLike) -> NDArray[Any]:
-    """Return `values` as an array, of native floats where it holds real numbers.
+    """Return `values` as an array, of native floats if it holds real numbers.
 
-    float32 and float64 stay as they are, without a copy; other real numbers become float64. What
-    a masked array masks becomes NaN. What else there is to say about it, the kernels say.
+    float32 and float64 are not copied; other real numbers become float64. Masked values of a masked
+    array become NaN. All further checks are those of the kernels.
     """
     if isinstance(values, np.ma.MaskedArray):
         return _filled(name, values)
@@ -30,7 +30,7 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[Any]:
             f"{name} have shape {array.shape} and dtype {array.dtype}: real numbers are needed"
         )
     if array.dtype not in (np.float32, np.float64):
-        # Beyond the range of float64 lies infinity, which is dropped and counted.
+        # Values beyond the range of float64 become infinite; such points are dropped and counted.
         with np.errstate(over="ignore", invalid="ignore"):
             return array.astype(np.float64)
     return array
@@ -45,7 +45,7 @@ def _filled(name: str, values: np.ma.MaskedArray[Any, Any]) -> NDArray[Any]:
 
 
 def flags(name: str, values: ArrayLike) -> NDArray[np.bool_]:
-    """Return truth values, or zeros and ones, as a flat array; what is masked is False."""
+    """Return truth values, or zeros and ones, as a flat array; masked values become False."""
     try:
         array = np.asarray(np.ma.filled(values, 0)).ravel()
     except (ValueError, OverflowError) as error:
@@ -106,7 +106,7 @@ def word(name: str, value: str) -> str:
 
 
 def shown(value: object) -> str:
-    """Return how a value is written, without the whole of a large one."""
+    """Return the repr of a value, shortened if it is long."""
     try:
         return shortened(repr(value), 100)
     except Exception:  # noqa: BLE001 - repr may do anything, as for int beyond 4,300 digits

@@ -1,4 +1,4 @@
-"""Fields of a settings class that say what they accept."""
+"""Dataclass fields for settings, each with its check, its help text and the values it accepts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from divespot.errors import DivespotError
 
 T = TypeVar("T")
 
-#: Turns what was given into a plain value; None where it cannot.
+#: Converts a value that was given to a plain one; returns None if it cannot.
 Convert = Callable[[Any], Any]
 
 
@@ -42,10 +42,10 @@ def _option(default: Any, text: str, needed: str, convert: Convert, **more: Any)
 
 
 class Checked:
-    """A record whose fields say what they accept."""
+    """A record that checks its fields' values."""
 
     def __post_init__(self) -> None:
-        """Check every value, and take plain Python numbers for those of NumPy."""
+        """Check every value, and convert NumPy's numbers to plain Python ones."""
         record: Any = self
         for item in dataclasses.fields(record):
             plain = item.metadata["plain"](item.name, getattr(self, item.name))
@@ -53,7 +53,7 @@ class Checked:
 
 
 def described(cls: type[T]) -> type[T]:
-    """Add what each field means, and what it takes, to a record's docstring."""
+    """Add each field's meaning and the values it accepts to a record's docstring."""
     record: Any = cls
     lines = [inspect.cleandoc(cls.__doc__ or ""), "", "Attributes", "----------"]
     for item in dataclasses.fields(record):
@@ -77,7 +77,7 @@ def _real(value: Any) -> float | None:  # noqa: ANN401
 
 
 def length(text: str, default: float | None = None, *, derivable: bool | None = None) -> Any:  # noqa: ANN401
-    """Return a field for a finite number of 0 or more; None, if it may be, waits for the scan."""
+    """Return a field for a finite number of 0 or more; None, if allowed: derived from the scan."""
     may_wait = default is None if derivable is None else derivable
     needed = "a finite number of 0 or more"
     return _option(
@@ -91,7 +91,7 @@ def length(text: str, default: float | None = None, *, derivable: bool | None = 
 
 
 def positive(text: str, default: float | None = None, most: float = math.inf) -> Any:  # noqa: ANN401
-    """Return a field for a finite number above 0, up to `most`; None waits for the scan."""
+    """Return a field for a finite number above 0, up to `most`; None: derived from the scan."""
     needed = "a finite number above 0" + (f" and up to {most:g}" if most < math.inf else "")
     return _option(
         default,
@@ -113,7 +113,7 @@ def count(text: str, default: int, least: int, most: int = 2**32 - 1) -> Any:  #
 
 
 def text(help_text: str, default: str | None, **more: Any) -> Any:  # noqa: ANN401
-    """Return a field for a text; None, if that is the default, for none."""
+    """Return a field for a text; None, allowed if it is the default, means none."""
     return _option(default, help_text, "a text", _text, kind=str, **more)
 
 
@@ -122,7 +122,7 @@ def _text(value: Any) -> str | None:  # noqa: ANN401
 
 
 def listed(help_text: str, needed: str, pattern: str) -> Any:  # noqa: ANN401
-    """Return a field for words with commas between them that match a pattern; None for none."""
+    """Return a field for comma-separated words that match a pattern; None means none."""
     matches = re.compile(pattern).fullmatch
     return _option(
         None,
@@ -170,7 +170,7 @@ def base(help_text: str) -> Any:  # noqa: ANN401
 
 
 def direction(help_text: str) -> Any:  # noqa: ANN401
-    """Return a field for a direction, by default whichever the scan shows."""
+    """Return a field for a direction; by default it is taken from the scan."""
     return _option(
         "auto", help_text, UPWARD, _direction, kind=str, metavar="auto|x|y|z|-x|-y|-z|A,B,C"
     )
@@ -188,7 +188,7 @@ def _direction(value: Any) -> str | tuple[float, ...] | None:  # noqa: ANN401
 
 
 def record(help_text: str, kind: type[Any]) -> Any:  # noqa: ANN401
-    """Return a field for a record of its own; a dict of its fields will do."""
+    """Return a field for a nested record, which may be given as a dict of its fields."""
 
     def convert(value: Any) -> Any:  # noqa: ANN401
         if not isinstance(value, Mapping):
@@ -201,7 +201,7 @@ def record(help_text: str, kind: type[Any]) -> Any:  # noqa: ANN401
 
 
 def outlines(help_text: str) -> Any:  # noqa: ANN401
-    """Return a field for the path of a file, or what it holds; None for none."""
+    """Return a field for the path of a file, or the file's content as a dict; None means none."""
     needed = "a path, or GeoJSON as a dict,"
     return _option(None, help_text, needed, _path_or_dict, kind=str, metavar="FILE")
 
@@ -210,7 +210,7 @@ def _path_or_dict(value: Any) -> str | dict[str, Any] | None:  # noqa: ANN401
     if not isinstance(value, Mapping):
         return _path(value)
     try:
-        # Tuples and NumPy's numbers, as libraries of geometry give them, become JSON's own.
+        # Tuples and NumPy's numbers, as geometry libraries give them, become JSON's own types.
         plain: dict[str, Any] = json.loads(json.dumps({**value}, default=float))
     except (TypeError, ValueError, RecursionError):
         return None
@@ -222,7 +222,7 @@ def _path(value: Any) -> str | None:  # noqa: ANN401
 
 
 def box(help_text: str, axes: str) -> Any:  # noqa: ANN401
-    """Return a field for two corners of an axis-aligned box; None for none."""
+    """Return a field for two corners of an axis-aligned box; None means none."""
     names = [f"{axis}{end}" for end in (0, 1) for axis in axes]
     least = " and ".join(f"{axis}0 <= {axis}1" for axis in axes)
     return _option(
@@ -242,7 +242,7 @@ def _box(value: Any, count: int) -> tuple[float, ...] | None:  # noqa: ANN401
 
 
 def _numbers(value: Any, many: int) -> tuple[float, ...] | None:  # noqa: ANN401
-    """Return so many finite numbers; None where a value is anything else."""
+    """Return `many` finite numbers; None if the value is anything else."""
     try:
         given = [_real(v) for v in value]
     except TypeError:

@@ -1,4 +1,4 @@
-"""Settings as typed keywords, for editors and type checkers; a test holds them to the classes."""
+"""Settings as typed keywords, for editors and type checkers; a test compares them with Settings."""
 
 from __future__ import annotations
 

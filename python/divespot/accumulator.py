@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What voxels hold, in an order that does not depend on how it came there.
+    """The content of all voxels, in an order independent of the order of the points.
 
     Attributes
     ----------
     means
-        Shape ``(n, 3)``: the mean place of the points of each.
+        Shape ``(n, 3)``: the mean position of the points in each voxel, in metres.
     counts
-        Shape ``(n,)``: how many points.
+        Shape ``(n,)``: the number of points in each voxel.
     bounds_m
-        Shape ``(n, 2)``: the lowest and the highest of their heights.
+        Shape ``(n, 2)``: the lowest and the highest z of the points in each voxel.
 
     """
 
@@ -39,21 +39,21 @@ class Held:
 
 
 class Accumulator:
-    """Voxels and what their points add up to.
+    """Voxels with counts and sums of the points in them.
 
     Sums are of integers: the same points give the same bits in any order, in any chunks, and merged
-    from however many machines. Voxels begin with an edge of `voxel_m`; where more than `most` of
-    them hold something, all edges are doubled, as often as needed. In the end it is the finest of
-    these edges at which `most` voxels suffice. A voxel takes about 45 bytes; empty ones none.
+    from any number of machines. Voxels begin with an edge of `voxel_m`; whenever more than `most`
+    of them are occupied, all edges are doubled. The final edge is the finest of these at which
+    `most` voxels suffice. An occupied voxel takes about 45 bytes; empty ones none.
 
     Parameters
     ----------
     voxel_m
         The smallest edge of a voxel, in metres.
     origin_m
-        A corner of a voxel. Points may lie on all sides, at most 2**34 edges away.
+        A corner of a voxel. Points may be on any side of it, at most 2**34 edges away.
     most
-        Voxels that are held at most.
+        Largest number of occupied voxels.
 
     Raises
     ------
@@ -85,17 +85,17 @@ class Accumulator:
     @classmethod
     def _of(cls, raw: _native.RawAccumulator) -> Accumulator:
         own = cls.__new__(cls)
-        own._raw = raw  # noqa: SLF001 - of its own kind
+        own._raw = raw  # noqa: SLF001 - an instance of this class
         return own
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Accumulator:
-        """Return what `to_bytes` made bytes of.
+        """Return the accumulator that `to_bytes` serialized.
 
         Raises
         ------
         DivespotError
-            The bytes are of no accumulator, or of one of another version.
+            The bytes are not of an accumulator, or of one of another version.
 
         """
         if not isinstance(data, bytes):
@@ -103,14 +103,14 @@ class Accumulator:
         return cls._of(_native.RawAccumulator.from_bytes(data))
 
     def to_bytes(self) -> bytes:
-        """Return all that is held; the same voxels give the same bytes."""
+        """Return the accumulator as bytes; the same voxels give the same bytes."""
         return self._raw.to_bytes()
 
     def __reduce__(self) -> tuple[Callable[[bytes], Accumulator], tuple[bytes]]:
         return Accumulator.from_bytes, (self.to_bytes(),)
 
     def empty(self) -> Accumulator:
-        """Return another of the same voxels without points, which can be merged into this one."""
+        """Return an accumulator with the same voxels and no points, to be merged into this one."""
         return self._of(self._raw.empty())
 
     def add(self, points: ArrayLike) -> None:
@@ -119,7 +119,7 @@ class Accumulator:
         Raises
         ------
         DivespotError
-            `points` have the wrong shape or type, or one lies too far from the origin.
+            `points` have the wrong shape or type, or a point is too far from the origin.
 
         """
         self._raw.add(as_floats("points", points))
@@ -130,64 +130,64 @@ class Accumulator:
         layout: tuple[int, bool, _Triple, _Triple, _Triple],
         kept: tuple[bytes, str, tuple[_Triple, _Triple] | None],
     ) -> tuple[list[int], list[int]]:
-        """Add LAS records as they are in a file; return what was kept of them, and left out.
+        """Add LAS records as they are in a file; return how many were kept and left out.
 
         Parameters
         ----------
         records
-            The bytes of whole records, which nobody else writes to.
+            The bytes of whole records, which no other thread writes to.
         layout
-            Bytes of a record, whether of format 6 or higher, scales, offsets, metres to the unit.
+            Bytes per record, whether its format is 6 or higher, scales, offsets, metres per unit.
         kept
-            For each class 0 to keep it, 1 for noise, 2 to leave it out; which returns; a box.
+            For each class 0: keep, 1: noise, 2: leave out; which returns to keep; the crop box.
 
         Returns
         -------
         counts
-            Points kept, of those outside the box, withheld, noise, of other classes or returns.
+            Numbers of points: kept, outside the box, withheld, noise, of other classes or returns.
         classes
-            Points of each class.
+            Number of points of each class.
 
         """
         return self._raw.add_records(records, layout, kept)
 
     def merge(self, other: Accumulator) -> None:
-        """Add what another holds.
+        """Add the content of another accumulator.
 
         Raises
         ------
         DivespotError
-            It is of other voxels.
+            The other accumulator has other voxels.
 
         """
         require_kind("other", other, Accumulator)
         self._raw.merge(other._raw)
 
     def held(self) -> Held:
-        """Return what each voxel holds."""
+        """Return the content of each voxel."""
         return Held(*self._raw.held(joined=False))
 
     def surfaces(self) -> Held:
-        """Return the same, a surface that the face between two voxels of a column parts as one."""
+        """Return the content of voxels, merging two of a column if a surface lies on their face."""
         return Held(*self._raw.held(joined=True))
 
     @property
     def voxel_m(self) -> float:
-        """Edge of the voxels as they are."""
+        """Present edge of the voxels."""
         return self._raw.voxel_m
 
     @property
     def voxels(self) -> int:
-        """Voxels that hold something."""
+        """Number of occupied voxels."""
         return self._raw.voxels
 
     @property
     def points(self) -> int:
-        """Points that they hold."""
+        """Number of points in them."""
         return self._raw.points
 
     @property
     def dropped(self) -> tuple[int, int]:
-        """Points that were dropped: not finite, and at (0, 0, 0)."""
+        """Number of points that were dropped: not finite, and at (0, 0, 0)."""
         nonfinite, zero = self._raw.dropped
         return nonfinite, zero

@@ -1,11 +1,11 @@
-"""The names of bases, as a person types them."""
+"""The names of base surfaces, as users type them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-#: Bases that need nothing but the scan.
+#: Bases that need only the scan.
 PLAIN = ("local", "plane", "peak", "midpeak")
 
 NEEDED = f"one of {', '.join(PLAIN)}, height=H, camera-height=H, surface=FILE"
@@ -13,7 +13,7 @@ NEEDED = f"one of {', '.join(PLAIN)}, height=H, camera-height=H, surface=FILE"
 
 @dataclass(frozen=True)
 class BaseName:
-    """A base by its kind, with the number or the file that goes with it."""
+    """A base: its kind, with its number or file where it has one."""
 
     kind: str
     height: float = math.nan
@@ -21,7 +21,7 @@ class BaseName:
 
     @classmethod
     def parse(cls, text: str) -> BaseName | None:
-        """Return what `text` names; None if it names nothing.
+        """Return the base that `text` names; None if it names none.
 
         ``local``, ``plane``, ``peak``, ``midpeak``, ``height=H``, ``camera-height=H`` with a
         height above 0, ``surface=FILE``.

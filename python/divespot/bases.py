@@ -1,4 +1,4 @@
-"""What piles stand on: the ground around each, or one surface for all of them."""
+"""Base surfaces: the ground around each pile, or one surface for all piles."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ if TYPE_CHECKING:
     from divespot.ground_level import GroundLevel
     from divespot.settings import Settings
 
-#: A warning is given where a given surface shows nothing below more than this share of what was
-#: measured.
+#: A warning is given if a given surface has no data below more than this share of the measured
+#: area.
 UNSEEN_SHARE = 0.01
 
 
 @dataclass(frozen=True)
 class Bases:
-    """The ground, the base in force, and those compared with it; None is a local one."""
+    """The ground, the base that is used, and those to compare; None means a local base."""
 
     ground: GroundLevel
     chosen: _native.RawBase | None
     compared: dict[str, _native.RawBase | None]
 
     def raw(self) -> list[_native.RawBase | None]:
-        """Return all of them as the kernel takes them, the one in force first."""
+        """Return all bases as the kernel takes them, the one that is used first."""
         return [self.chosen, *self.compared.values()]
 
 
 @dataclass(frozen=True)
 class _Maker:
-    """What a base follows from."""
+    """The data from which a base is made."""
 
     grid: HeightMap
     ground: GroundLevel
@@ -65,7 +65,7 @@ class _Maker:
         return self._plane(self._level_m(text, name), (0.0, 0.0))
 
     def _level_m(self, text: str, name: BaseName) -> float:
-        """Return the height in the level frame of a base along the ground."""
+        """Return the height, in the level frame, of a base parallel to the ground."""
         if name.kind == "camera-height":
             normal, offset_m = self.frame.pose.plane.normal, self.frame.pose.plane.offset_m
             sensor_m = -float(dot(normal, self.frame.origin_m)) - offset_m
@@ -73,7 +73,7 @@ class _Maker:
         return 0.0 if name.kind == "plane" else peak_m(self.grid, name.kind, self.settings)
 
     def _level_to_up(self, text: str, height: float) -> _native.RawBase:
-        """Return the plane ``up @ p == height``, `p` in the scan's own frame and unit."""
+        """Return the plane ``up @ p == height``, with `p` in the scan's own frame and unit."""
         rotation = self.frame.pose.rotation
         up = upward(rotation[2], self.settings.up)
         x, y, z = dot(rotation, up).tolist()
@@ -89,7 +89,7 @@ class _Maker:
         return self._plane(level_m, (-x / z, -y / z), given_height=True)
 
     def _checked(self, text: str, level_m: float) -> float:
-        """Return a height unless it lies farther from the ground than the scan is large."""
+        """Return a height, unless its distance from the ground exceeds the size of the scan."""
         off_m = level_m - self.ground.height_m
         size_m = self.grid.cell_m * math.hypot(*self.grid.heights_m.shape)
         if abs(off_m) > size_m:
@@ -125,20 +125,20 @@ def find_bases(
     earlier: Seen | None,
     settings: Settings,
 ) -> Bases:
-    """Find the base that was asked for, and those to compare it with.
+    """Find the base that was asked for, and those to compare with it.
 
-    ``plane`` is the ground's plane as fitted; ``peak`` and ``midpeak`` are level with it, as high
-    as the histogram's peak and as the midpoint of its peaks (paper, "When the ground becomes
+    ``plane`` is the ground's plane as fitted; ``peak`` and ``midpeak`` are parallel to it, at the
+    height of the histogram's peak and of the midpoint of its peaks (paper, "When the ground becomes
     uneven"). ``camera-height=H`` lies `H` below the scan's origin, where the sensor is, along the
     ground's normal (paper, Evaluation). ``height=H`` is the plane ``up @ p == H``, whatever the
-    ground's tilt; up is the setting's direction, or where it is auto the scan's axis nearest to
-    the ground's normal. ``surface=FILE`` is a scan of the empty floor or a saved base. `H` and
-    the file are in the scan's own frame and unit.
+    ground's tilt; up is the setting's direction, or, for auto, the scan's axis nearest to the
+    ground's normal. ``surface=FILE`` is a scan of the empty floor or a saved base. `H` and the file
+    are in the scan's own frame and unit.
 
     Raises
     ------
     DivespotError
-        The file cannot be read or shares no place with the scan, or a height lies far from it.
+        The file cannot be read or does not overlap the scan, or a height is far from the scan.
 
     """
     make = _Maker(grid, ground, frame, earlier, settings).make
@@ -154,10 +154,10 @@ def whole_base(
     below_m: NDArray[np.float64],
     settings: Settings,
 ) -> NDArray[np.float64]:
-    """Return the base in force under the whole scene, NaN where nothing is known of it.
+    """Return the base of the whole scene, NaN where it is unknown.
 
-    A local base is what was found below each object, `below_m`, and elsewhere the ground as it
-    was seen.
+    A local base is the one found below each object, `below_m`, and elsewhere the ground as it was
+    seen.
     """
     if bases.chosen is not None:
         return bases.chosen.over(grid.heights_m.shape, grid.origin_m, grid.cell_m)
@@ -167,9 +167,9 @@ def whole_base(
 
 
 def unknown(whole_m: NDArray[np.float64], below_m: NDArray[np.float64]) -> list[str]:
-    """Return a warning where much of what was measured stands on nothing that is known."""
+    """Return a warning if the base is unknown below much of the measured area."""
     share = np.isnan(whole_m[~np.isnan(below_m)])
     if not len(share) or share.mean() <= UNSEEN_SHARE:
         return []
-    what = f"the base shows nothing below {share.mean():.0%} of what was measured"
+    what = f"the base has no data below {share.mean():.0%} of the measured area"
     return [f"{what}: it was interpolated there"]

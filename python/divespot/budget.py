@@ -1,4 +1,4 @@
-"""What the uncertainty of a volume consists of."""
+"""The uncertainty budget of a volume."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ class Budget:
     noise_m3
         Noise of each cell's height, independent from cell to cell.
     registration_m3
-        Noise that all of a pile's cells have in common: what fusing frames leaves.
+        Height error common to all cells of a pile, left by registering frames.
     base_m3
-        Height of the base.
+        Uncertainty of the base's height.
     footprint_m3
-        Where the pile ends.
+        Uncertainty of where the pile ends.
     filled_m3
-        Cells that were not seen.
+        Uncertainty of the filled cells, which were not seen.
     grid_m3
-        Curvature within the cells.
+        Curvature of the surface within the cells.
     scale_m3
-        Scale of the sensor.
+        Scale error of the sensor.
     rounding_m3
-        Coordinates rounded before they came here (see `divespot.rounding`).
+        Coordinates that were rounded in the file (see `divespot.rounding`).
 
     """
 

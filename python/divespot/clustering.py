@@ -19,7 +19,7 @@ class Clusters:
     labels: NDArray[np.int64]
     """Shape ``(n,)``: the cluster of each point, the largest being 0; -1 for noise."""
     probabilities: NDArray[np.float64]
-    """Shape ``(n,)``: how firmly each point belongs to its cluster, from 0 (noise) to 1."""
+    """Shape ``(n,)``: membership strength of each point in its cluster, 0 (noise) to 1."""
     mst_weights_m: NDArray[np.float64]
     """The weights of the minimum spanning tree's edges in metres, ascending. One less than
     there are finite points."""
@@ -62,33 +62,33 @@ def hdbscan(  # noqa: PLR0913 - the keywords of the package of that name
 ) -> NDArray[np.int64] | Clusters:
     """Cluster points by density: exact HDBSCAN (paper, Algorithm 1, line 18).
 
-    Settings mean what they mean in the Python package ``hdbscan``. The result is the same bit
+    The parameters mean the same as in the Python package ``hdbscan``. The result is the same bit
     for bit at any number of threads, and the same for each point in any order of the points.
     Clusters are numbered by size, those of equal size by their first point in the order of x,
     y, z. Ctrl-C ends a long run.
 
-    Edges of equal weight merge at once. Where one such merger joins several clusters, its
-    single points belong to none of them; the package gives them to one, which depends on the
-    order of the points.
+    Edges of equal weight are merged at once. If such a merge joins several clusters, the single
+    points in it belong to none of them; the package assigns them to one cluster, which depends on
+    the order of the points.
 
     Parameters
     ----------
     points
         Shape ``(n, 3)``, in metres.
     min_cluster_size
-        Points that make a cluster, 2 or more. Fewer points in all are all noise.
+        Points that make a cluster, 2 or more. If there are fewer points in all, all are noise.
     min_samples
-        The neighbour whose distance is a point's core distance, 1 or more; the point itself
-        does not count. `min_cluster_size` where not given.
+        The k of the core distance, the distance to the k-th nearest neighbour, 1 or more; the
+        point itself does not count. `min_cluster_size` if not given.
     cluster_selection_epsilon
         Distance in metres below which clusters are not split (Malzer and Baum 2019).
     cluster_selection_method
-        ``"eom"`` takes the clusters that outlast those below them (excess of mass), ``"leaf"``
-        those that split no further.
+        ``"eom"`` selects clusters that persist longer than their children (excess of mass),
+        ``"leaf"`` those that are not split further.
     allow_single_cluster
         Whether all points may be one cluster.
     threads
-        0 takes every core that the process may use.
+        Number of threads; 0: every core available to the process.
     details
         Return a `Clusters` instead of the labels alone.
 

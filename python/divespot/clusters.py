@@ -1,4 +1,4 @@
-"""Clusters of points, by HDBSCAN: which to keep (paper, Algorithm 1, line 18)."""
+"""Clusters of points by HDBSCAN, numbered by size (paper, Algorithm 1, line 18)."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def find_clusters(
 ) -> NDArray[np.int32]:
     """Return a label for each of the points, the largest cluster 0, noise -1.
 
-    What hangs together with gaps below `link_m` is one cluster, also where it is the only one:
-    a scene with a single object is the normal case.
+    Points connected with gaps below `link_m` are one cluster, even if it is the only one, since
+    scenes with a single object are the normal case.
     """
     if len(points) < settings.stages.min_cluster_size:
         return np.full(len(points), -1, dtype=np.int32)
@@ -30,7 +30,7 @@ def find_clusters(
 
 
 def own_clustering(link_m: float | None, settings: Settings) -> tuple[int, int, float] | None:
-    """Return how `find_clusters` clusters with this package's own kernel; None with another."""
+    """Return the arguments of this package's kernel for `find_clusters`; None for another one."""
     stages = settings.stages
     if stages.cluster_backend == "hdbscan":
         return None
@@ -62,7 +62,7 @@ def _package(points: NDArray[np.float64], link_m: float, settings: Settings) -> 
 
 
 def by_size(labels: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Return the same clusters numbered by size, the largest 0."""
+    """Return the same clusters renumbered by size, the largest 0."""
     counts = np.bincount(labels[labels >= 0])
     rank = np.empty(len(counts) + 1, dtype=np.int64)
     rank[np.argsort(-counts, kind="stable")] = np.arange(len(counts))

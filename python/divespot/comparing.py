@@ -1,4 +1,4 @@
-"""Comparing two surveys of a place."""
+"""Comparing two surveys of a site."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     Heights: TypeAlias = NDArray[np.float64]
 
-#: An earlier scan is raised where the plane is off by more than so many standard uncertainties.
+#: An earlier scan is raised if the plane is off by more than this many standard uncertainties.
 SURE = 2.0
 
 
@@ -51,22 +51,22 @@ def compare(
     on_stage: Callable[[str], None] | None = None,
     **changes: Unpack[Changes],
 ) -> Comparison:
-    """Tell what was gained and lost between two scans of a place.
+    """Measure what was gained and lost between two scans of a site.
 
-    Both are in one frame. The earlier scan is raised, and turned by what a plane allows, so that
-    ground lies on ground where neither survey shows a pile (see `divespot.results.alignment`), and
-    moved sideways so that piles lie on themselves whose volume did not change; where there are
-    none, x and y are taken as they are. How sure that is goes into every u95, and how much the two
-    differ where nothing changed (`divespot.judgement`), which also tells change from none.
+    Both must be in one frame. The earlier scan is raised, and tilted if a plane fits, so that the
+    ground of both agrees where neither survey shows a pile (see `divespot.results.alignment`), and
+    shifted in x and y so that piles of unchanged volume coincide; if there are none, x and y are
+    taken as they are. The uncertainty of this alignment is part of every u95, and so is the
+    difference over unchanged ground (`divespot.judgement`), which also gives the detection limit.
 
     Parameters
     ----------
     before, after
         Paths of scans, or points, as `divespot.measure` takes them.
     settings, **changes
-        As `divespot.measure` takes them; `base` says what the piles of each survey stand on.
+        As `divespot.measure` takes them; `base` is the base surface of the piles in each survey.
     do_align
-        Raise and move the earlier scan; without, it is taken as it is.
+        Raise and shift the earlier scan; if False, it is used as it is.
     on_stage
         Called with the name of each stage as it begins.
 
@@ -108,7 +108,7 @@ def compare(
             np.save(path, earlier)
             run = Progress(_named(on_stage, "change"))
             found = measure_cloud(clouds[1].copied(), s.changed(base=f"surface={path}"), run)
-            # The file is gone soon.
+            # The temporary file is deleted soon.
             return dataclasses.replace(found, settings=found.settings.changed(base=s.base))
 
         difference = held_against(points)
@@ -128,13 +128,13 @@ def compare(
 
 
 def _in_scan(cloud: Cloud, source: Source) -> Heights:
-    """Return a cloud's points in the frame of the scans, in the unit of one."""
+    """Return a cloud's points in the frame and the unit of the scans."""
     metres = cloud.points * (cloud.scale, cloud.scale, 1.0) + cloud.origin_m
     return np.asarray(metres / UNITS[source.unit])
 
 
 def _alone(cloud: Cloud, settings: Settings, run: Progress) -> Report | None:
-    """Return the piles of one scan; None where no ground is in view that they could stand on."""
+    """Return the report of one scan; None if it shows no ground for piles."""
     try:
         return measure_cloud(cloud.copied(), settings, run)
     except NoFloorError:
@@ -154,9 +154,9 @@ def _refuse_other_system(before: Source, after: Source) -> None:
 
 
 def _stable(before: Report | None, after: Report | None, difference: Report) -> Heights:
-    """Return the differences of the cells that both surveys call nothing but ground, NaN elsewhere.
+    """Return the height differences of cells that are ground in both surveys, NaN elsewhere.
 
-    Without ground in view in both, none is known.
+    If ground is missing in either survey, all are NaN.
     """
     level = difference.level
     off: Heights = level.height_map.heights_m - level.base_m
@@ -171,7 +171,7 @@ def _stable(before: Report | None, after: Report | None, difference: Report) -> 
 def _sideways(
     before: Report | None, after: Report | None, difference: Report, found: Alignment
 ) -> Sideways | None:
-    """Return how the scans lie to each other in x and y; None where no pile stood still."""
+    """Return the offset of the scans in x and y; None if there is no unchanged pile."""
     if before is None or after is None or not found.blocks:
         return None
     level = difference.level
@@ -181,7 +181,7 @@ def _sideways(
 
 
 def _is_off(found: Alignment, beside: Sideways | None) -> bool:
-    """Return whether plane or shift differ from none by more than their uncertainty."""
+    """Return whether the plane or the shift differs from zero by more than its uncertainty."""
     values = np.array([found.offset_m, *found.tilt])
     u = np.sqrt(np.diag(found.covariance))
     if beside is not None:
@@ -193,7 +193,7 @@ def _is_off(found: Alignment, beside: Sideways | None) -> bool:
 def _moved(
     points: Heights, found: Alignment, beside: Sideways | None, difference: Report
 ) -> Heights:
-    """Return the earlier scan's points, raised by the plane along up, and moved back sideways."""
+    """Return the earlier scan's points, raised by the plane along up, and shifted back in plan."""
     frame = difference.level.frame
     level = frame.to_level(points)
     level[:, 2] += found.raise_m(level[:, 0], level[:, 1])

@@ -1,4 +1,4 @@
-"""How many cores there are to work on."""
+"""The number of cores available."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ import os
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
-    may_use = getattr(os, "sched_getaffinity", None)  # not every system tells
+    """Return the number of cores that this process may use."""
+    may_use = getattr(os, "sched_getaffinity", None)  # not on every system
     return len(may_use(0)) if may_use else os.cpu_count() or 1

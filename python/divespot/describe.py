@@ -1,4 +1,4 @@
-"""From what the kernels found to the piles of the report, and what to doubt of them."""
+"""Makes the report's piles, other objects and warnings from the kernels' results."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from divespot.rounding import Rounding
     from divespot.settings import Settings
 
-#: A base that was asked for is doubted where its uncertainty is more than this share of the volume:
-#: the ground around the pile then lies elsewhere.
+#: A warning is given for a base that was asked for if its uncertainty is above this share of the
+#: volume: the ground around the pile is then not at the base's height.
 OFF_SHARE = 0.05
 
 
@@ -122,22 +122,22 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
 
 
 def _registration_m3(raw: _native.RawObject, found: Registration) -> float:
-    """Return the standard uncertainty of a volume by the registration, as its frames show it."""
+    """Return a volume's standard uncertainty due to registration, estimated from the frames."""
     height_m3 = raw.footprint_m2 * _u_height_m(raw, found)
     return math.hypot(height_m3, found.u_scale * (raw.cut_m3 - raw.fill_m3))
 
 
 def _u_height_m(raw: _native.RawObject, found: Registration) -> float:
-    """Return the standard uncertainty of a pile's mean height: places in it are averaged."""
+    """Return the standard uncertainty of a pile's mean height, averaged over places in it."""
     places = max(1.0, raw.footprint_m2 / found.place_m**2)
     return math.hypot(found.u_height_m, found.u_place_m / math.sqrt(places))
 
 
 def _toe_share(raw: _native.RawObject, found: Registration, settings: Settings) -> float:
-    """Return which share of the toe is in doubt.
+    """Return the share of the toe that is uncertain.
 
-    A wedge as high as the margin, at an angle that is known, holds more by 2 u / margin where
-    heights are higher by u. Where a wall ends the pile, its face is in doubt, and all of it stays.
+    If heights are u too high, a wedge as high as the margin, of known angle, holds 2 u / margin
+    more. Where a wall ends the pile, the face is uncertain too, and the whole share is returned.
     """
     if raw.leans_on_wall:
         return 1.0

@@ -1,4 +1,4 @@
-"""How large a change must be to be told from none: seen where nothing changed."""
+"""The detection limit of a change, estimated from ground that did not change."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: With fewer blocks of a size nothing is said of that size.
+#: Sizes with fewer blocks are not used.
 FEWEST = 6
 
-#: Of so many blocks the mean is not farther from none than so many standard deviations of a normal
-#: distribution: the larger says how far, and a tenth of the ground may have changed.
+#: Shares of the block means, and within how many standard deviations of zero they lie if normally
+#: distributed. The larger estimate is used: up to a tenth of the ground may have changed.
 _SHARES = ((0.6827, 1.0), (0.9, 1.645))
 
-#: Errors go together up to blocks whose means are off by more than this share of those of smaller
-#: ones: errors of single cells halve from one size to the next.
+#: Errors are taken as correlated up to the largest block size whose means are off by more than this
+#: share of those of the place's own size: independent errors of cells halve from size to size.
 ALIKE = 0.5
 
-#: How often a place may be listed though nothing changed, in a whole comparison.
+#: Probability that a comparison without any change lists a place.
 FALSE_ALARM = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """How far the mean difference over a place is from none where nothing changed.
+    """How far the mean difference over a place is from zero where nothing changed.
 
-    Neighbouring cells err together (frames that were put together, waves of a surface from
-    pictures), so the mean over a place is not as much surer than a cell as it has cells (Rolstad,
-    Haug & Denby, J. Glaciol. 55:666, 2009). Blocks of stable ground of the place's own size show
-    how sure it is, whatever the errors are.
+    Errors of neighbouring cells are correlated (registered frames, waves of photogrammetry), so
+    that the uncertainty of a mean over a place does not fall with the root of its number of cells
+    (Rolstad, Haug & Denby, J. Glaciol. 55:666, 2009). It is taken from blocks of stable ground of
+    the place's own size, for any kind of error.
 
     Attributes
     ----------
     edges_m
         Edges of the blocks, ascending; empty where there is too little stable ground.
     u_m
-        Standard uncertainty of the mean over a block of each.
+        Standard uncertainty of the mean over a block of each size.
     blocks
-        How many there are of each.
+        Number of blocks of each size.
     seen_m2
-        Area that was seen in both surveys, on which places are looked for.
+        Area seen in both surveys, in which places are searched for.
 
     """
 
@@ -55,7 +55,7 @@ class Spread:
 
     @classmethod
     def of(cls, stable_m: NDArray[np.float64], cell_m: float, seen_m2: float) -> Spread:
-        """Look at the differences on stable ground, NaN elsewhere, that are aligned."""
+        """Estimate from the differences of aligned surveys on stable ground, NaN elsewhere."""
         found = []
         edge, least = 1, math.inf
         while edge <= max(stable_m.shape):
@@ -63,7 +63,7 @@ class Spread:
             if len(means) < FEWEST:
                 break
             u = max(float(np.quantile(means, share)) / times for share, times in _SHARES)
-            # A larger block is no less sure; what changed may fill some of few.
+            # A larger block cannot be less certain; a change may fill some of a few blocks.
             least = min(least, u)
             found.append((edge * cell_m, least, len(means)))
             edge *= 2
@@ -81,19 +81,19 @@ class Spread:
     def u_m3(self, area_m2: float, rise_m2: float = 0.0) -> float:
         """Return the standard uncertainty of a volume.
 
-        `rise_m2` is the surface's gradient added up over the place, its length: by it times
-        whatever the two surveys lie apart sideways, which is as much as in height, the volume is
-        off.
+        `rise_m2` is the length of the surface's gradient integrated over the place: the volume
+        error is `rise_m2` times the surveys' horizontal offset, taken as large as the vertical
+        one.
         """
         return self.u_of(area_m2) * math.hypot(area_m2, rise_m2)
 
     def clear_by(self, area_m2: float) -> float:
-        """Return by how many standard uncertainties a place must differ to be listed.
+        """Return the number of standard uncertainties from which a place is listed.
 
-        In a comparison of nothing but the same ground, no place is to be listed in 19 of 20: there
-        are as many places to look at as blocks of this size were seen (Bonferroni), and the
-        uncertainty is known from few blocks alone (Student; Abramowitz & Stegun 26.7.5). Those are
-        as large as errors go together: of a scan put together from a few frames, few.
+        It is set so that in 19 of 20 comparisons without a change no place is listed: as many
+        places are tested as blocks of this size were seen (Bonferroni), and the uncertainty is
+        known from few blocks (Student; Abramowitz & Stegun 26.7.5), namely blocks as large as the
+        errors are correlated, of which a scan of few frames has few.
         """
         from statistics import NormalDist  # noqa: PLC0415 - slow to import
 
@@ -105,19 +105,19 @@ class Spread:
         return z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
 
     def _independent(self, area_m2: float) -> int:
-        """Return how many blocks tell of a place: of the size up to which means err alike."""
+        """Return the number of independent blocks: of the size over which errors correlate."""
         larger = int(np.searchsorted(self.edges_m, math.sqrt(area_m2)))
         own = min(larger, len(self.edges_m) - 1)
         alike = (n for u, n in zip(self.u_m, self.blocks, strict=True) if u > ALIKE * self.u_m[own])
         return min(alike, default=self.blocks[own])
 
 
-#: Nothing is known of it.
+#: The spread where nothing is known.
 NO_SPREAD = Spread()
 
 
 def _block_means(values: NDArray[np.float64], edge: int) -> NDArray[np.float64]:
-    """Return the mean of each square block of which half is known."""
+    """Return the mean of each square block of which at least half is known."""
     rows, columns = (edge * -(-size // edge) for size in values.shape)
     whole = np.full((rows, columns), np.nan)
     whole[: values.shape[0], : values.shape[1]] = values

@@ -1,4 +1,4 @@
-"""What differs from a surface that was given, without looking for piles."""
+"""Differences from a given surface, measured without searching for piles."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.surface import Surface
 
-#: The ground surrounds what stands on it where at least this share of the edge of the seen area is
+#: The ground surrounds the objects on it if at least this share of the edge of the seen area is
 #: ground.
 AROUND = 0.5
 
-#: A warning where nothing says how sure a difference is.
-TOO_LITTLE = "too little ground was seen in both scans to tell how small a change shows"
+#: Warning if the uncertainty of a difference is unknown.
+TOO_LITTLE = "too little ground was seen in both scans to determine the smallest detectable change"
 
 
 def is_held_against(grid: HeightMap, ground: GroundLevel, settings: Settings) -> bool:
-    """Return whether all that differs from the base counts, instead of the piles on the ground.
+    """Return whether all differences from the base count, instead of the piles on the ground.
 
-    So it is against an earlier scan, and above a given height where the ground does not surround
-    what stands on it: a filled bin, a pile that was cut out.
+    That is so for an earlier scan, and for a given height if the ground does not surround the
+    material on it: a filled bin, a pile that was cut out.
     """
     if ground.is_ground is None:
         return False
@@ -43,7 +43,7 @@ def is_held_against(grid: HeightMap, ground: GroundLevel, settings: Settings) ->
 
 
 def _edge(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which seen cells lie beside one that was not, or at the end of the map."""
+    """Return the seen cells beside a cell that was not seen, or at the edge of the map."""
     around = np.pad(seen, 1)
     inner = around[:-2, 1:-1] & around[2:, 1:-1] & around[1:-1, :-2] & around[1:-1, 2:]
     return np.asarray(seen & ~inner)
@@ -52,9 +52,9 @@ def _edge(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def measure_differences(
     surface: Surface, grid: HeightMap, earlier: Seen | None, bases: Bases, settings: Settings
 ) -> Measured:
-    """Measure what stands above the base and, from an earlier scan, what lies below it.
+    """Measure volumes above the base and, for an earlier scan, below it.
 
-    How far the two scans differ where nothing changed says what counts, and how sure it is.
+    The difference of the scans over unchanged ground gives the detection limit and the uncertainty.
     """
     nothing = np.full(grid.heights_m.size, -1, dtype=np.int32)
     others = measure_objects(surface, grid, nothing, bases, settings)
@@ -75,6 +75,6 @@ def measure_differences(
 
 
 def unsure(measured: Measured, earlier: Seen | None) -> list[str]:
-    """Return a warning where nothing says how sure what differs from an earlier scan is."""
+    """Return a warning if the uncertainty of differences from an earlier scan is unknown."""
     is_told = earlier is None or measured.regions or measured.spread.edges_m
     return [] if is_told else [TOO_LITTLE]

@@ -1,4 +1,4 @@
-"""Directions in space, and how a person types them."""
+"""Directions in space, and how users type them."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 AXES = {"x": X, "y": Y, "z": Z}
 
 
-#: What `up` may be.
+#: Accepted values of `up`.
 UPWARD = "auto, x, y, z, -x, -y, -z, or three numbers a,b,c that are not all 0"
 
 
 def parse_up(up: str | Position) -> Position | None:
-    """Return the direction that `up` is; None for auto.
+    """Return the direction that `up` names; None for auto.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def parse_up(up: str | Position) -> Position | None:
 
 
 def upward(normal: ArrayLike, up: str | Position) -> NDArray[np.float64]:
-    """Return the unit vector that is up; where nobody says, the axis nearest to the normal."""
+    """Return the unit vector that is up; for auto, along the axis nearest to the normal."""
     asked = parse_up(up)
     if asked is not None:
         return np.asarray(np.array(asked) / np.sqrt(dot(asked, asked)))

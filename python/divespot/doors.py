@@ -1,4 +1,4 @@
-"""The report as users have it: with its ways out, each imported where it is used."""
+"""The report as users have it, with its methods, whose modules are imported on use."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Report(report.Report):
-    """The result of `divespot.measure`: its fields (see `divespot.report`), and its ways out."""
+    """The result of `divespot.measure`: its fields (see `divespot.report`), and its methods."""
 
     def __repr__(self) -> str:
         from divespot.results.telling import told  # noqa: PLC0415 - slow to import
@@ -29,15 +29,15 @@ class Report(report.Report):
 
     @staticmethod
     def from_json(text: str | bytes) -> Report:
-        """Return the report that `to_json`, or a line of JSON Lines, holds.
+        """Return the report from the text of `to_json`, or from a line of JSON Lines.
 
-        It is equal to the one that was written, but holds no levelled scene: no picture can be
-        drawn of it.
+        It equals the report that was written, but has no levelled scene, so that no picture can
+        be drawn.
 
         Raises
         ------
         DivespotError
-            It is no report of this version's schema.
+            The text is not a report of this version's schema.
 
         """
         from divespot.results.parsed import parsed  # noqa: PLC0415 - as above
@@ -45,12 +45,12 @@ class Report(report.Report):
         return parsed(text, Report)
 
     def to_dataframe(self) -> Any:  # noqa: ANN401 - of pandas or polars, which may be absent
-        """Return a row for each pile and each other object: pandas, or polars where that is absent.
+        """Return a row for each pile and each other object: pandas, or polars if that is missing.
 
         Raises
         ------
         DivespotError
-            Neither is installed.
+            Neither pandas nor polars is installed.
 
         """
         from divespot.results.frames import dataframe  # noqa: PLC0415 - as above
@@ -71,13 +71,13 @@ class Report(report.Report):
         return figure(self)
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Write the report; the ending of the path says as what.
+        """Write the report in the format given by the path's ending.
 
         Parameters
         ----------
         path
             ``.json``, ``.csv``, ``.geojson``, ``.gpkg``, ``.las``, ``.laz``; ``.tif`` for heights;
-            ``.ply`` for meshes; ``.html`` or ``.pdf`` for a page to be read and signed; ``.png`` or
+            ``.ply`` for meshes; ``.html`` or ``.pdf`` for a page to read and sign; ``.png`` or
             ``.svg`` for the plan.
         force
             Overwrite a file that divespot did not write.
@@ -85,7 +85,7 @@ class Report(report.Report):
         Raises
         ------
         DivespotError
-            Another ending, an extra that is not installed, or a file that is not to be overwritten.
+            The ending is unknown, an extra is missing, or the file must not be overwritten.
 
         """
         from divespot.results.saving import save  # noqa: PLC0415 - as above
@@ -94,7 +94,7 @@ class Report(report.Report):
 
 
 class Comparison(comparison.Comparison):
-    """The result of `divespot.compare`: `divespot.results.comparison`, and its ways out."""
+    """The result of `divespot.compare`: `divespot.results.comparison`, with its methods."""
 
     def __repr__(self) -> str:
         from divespot.results.change_document import told  # noqa: PLC0415 - slow to import
@@ -102,7 +102,7 @@ class Comparison(comparison.Comparison):
         return told(self)
 
     def plot(self) -> Figure:
-        """Draw the plan of what came and went.
+        """Draw the plan of gains and losses.
 
         Raises
         ------
@@ -117,23 +117,23 @@ class Comparison(comparison.Comparison):
     def save(
         self, path: str | os.PathLike[str], *, site: str | None = None, force: bool = False
     ) -> None:
-        """Write the comparison; the ending of the path says as what.
+        """Write the comparison in the format given by the path's ending.
 
         Parameters
         ----------
         path
             ``.json``; ``.geojson`` or ``.gpkg`` for the places' outlines; ``.tif`` for both
-            surfaces and their difference; ``.html`` or ``.pdf`` for a page to be read and signed;
+            surfaces and their difference; ``.html`` or ``.pdf`` for a page to read and sign;
             ``.png`` or ``.svg`` for the plan.
         site
-            What the place is called, for the page.
+            Name of the site, for the page.
         force
             Overwrite a file that divespot did not write.
 
         Raises
         ------
         DivespotError
-            Another ending, an extra that is not installed, or a file that is not to be overwritten.
+            The ending is unknown, an extra is missing, or the file must not be overwritten.
 
         """
         from divespot.results.change_report import save_change  # noqa: PLC0415 - as above

@@ -1,4 +1,4 @@
-"""An earlier scan of the same place, or a saved base, that a scan is held against."""
+"""An earlier scan of the same site, or a saved base, with which a scan is compared."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ if TYPE_CHECKING:
     from divespot.spacing import Survey
 
 
-#: Where the planes of two scans differ by more than this, one is a floor and the other a wall.
+#: If the planes of two scans differ by more than this angle, one is a floor and the other a wall.
 WALL_DEG = 45.0
 
-#: An earlier scan with more than this share of its points on one plane shows an empty floor alone.
+#: An earlier scan with more than this share of its points on one plane shows only an empty floor.
 BARE_SHARE = 0.9
 
-#: With points farther apart than so many cells, most cells hold none: the map is of triangles.
+#: With points farther apart than this many cells, most cells are empty: the map is triangulated.
 APART = 1.1
 
 
 @dataclass(frozen=True, eq=False)
 class Earlier:
-    """An earlier scan in the cloud's own coordinates, with what it says of itself."""
+    """An earlier scan in the cloud's own coordinates, with its survey and pose evidence."""
 
     path: str
     points: NDArray[np.float64]
@@ -55,7 +55,7 @@ class Earlier:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """An earlier scan in the level frame: on the scan's own grid, and what is off the surface."""
+    """An earlier scan in the level frame: its surface on the scan's grid, and points off it."""
 
     path: str
     grid: HeightMap
@@ -64,7 +64,7 @@ class Seen:
 
 
 def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
-    """Read the earlier scan, if one is the base, and drop its strays as those of any scan.
+    """Read the earlier scan, if it is the base, and drop its outliers as for any scan.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
 
 
 def _own(settings: Settings) -> Settings:
-    """Return settings for the earlier scan: without the lengths that followed from this one."""
+    """Return settings for the earlier scan, without the lengths derived from the later scan."""
     inner = settings.stages
     return Settings(
         up=settings.up,
@@ -108,10 +108,10 @@ def common_pose(
     cloud: Cloud,
     settings: Settings,
 ) -> Pose:
-    """Return the pose of the earlier scan, if there is one, else that of the scan.
+    """Return the pose of the earlier scan if that is better, else that of the scan.
 
-    Of an empty bin the level floor is in view, of a filled one only what lies in it. An empty floor
-    alone does not tell on which side of it up is; what the scan shows on it does.
+    Of an empty bin the level floor is in view, of a filled one only the material in it. But an
+    empty floor alone does not show which side is up; the material in the later scan does.
     """
     pose = find_pose(points, scan, cloud, settings)
     if earlier is None or not settings.level:
@@ -128,7 +128,7 @@ def common_pose(
 
 
 def _is_better(pose: Pose, earlier: Pose) -> bool:
-    """Return whether the scan's own pose is: it alone is level, or the earlier one is a wall's."""
+    """Return whether the scan's own pose is better: only it is level, or the other is a wall's."""
     own, other = (min(p.tilt_deg, 180.0 - p.tilt_deg) for p in (pose, earlier))
     along = abs(float(dot(pose.plane.normal, earlier.plane.normal)))
     apart = along < math.cos(math.radians(WALL_DEG))
@@ -150,7 +150,7 @@ def map_earlier(
     Raises
     ------
     DivespotError
-        The earlier scan shares no place with the scan.
+        The earlier scan does not overlap the scan.
 
     """
     if earlier is None:
@@ -163,15 +163,15 @@ def map_earlier(
         raise DivespotError(f"base surface={earlier.path}: {error}") from None
     low, high = surface.points[:, :2].min(axis=0), surface.points[:, :2].max(axis=0)
     shared = ((level[:, :2] >= low) & (level[:, :2] <= high)).all(axis=1)
-    # The scan's points are passed along, masked out, so that both scans get the same grid.
+    # The scan's points are included, but masked out, so that both scans get the same grid.
     among = np.concatenate([surface.points, level[shared]])
     is_on = np.concatenate([np.zeros(len(surface.points), np.bool_), walked.is_on[shared]])
     coarse = earlier.scan.spacing_m > APART * grid.cell_m
     triangulated = coarse or "triangles" in (s.stages.surface for s in (settings, earlier.settings))
     if not is_on.any():
         raise DivespotError(
-            f"base surface={earlier.path}: 0 usable points were given, a surface that shares its "
-            "place with the scan is needed"
+            f"base surface={earlier.path}: 0 usable points were given, a surface that overlaps "
+            "the scan is needed"
         )
     found = height_map(among, grid.cell_m, triangulated=triangulated, mask=is_on)
     ground, _ = find_ground(found, earlier.scan, own)

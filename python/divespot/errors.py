@@ -1,14 +1,14 @@
-"""What divespot raises."""
+"""The errors that divespot raises."""
 
 from __future__ import annotations
 
 import re
 from typing import Literal, TypeAlias
 
-#: Most characters of a message: no terminal line and no log wants more.
+#: Most characters of a message, so that it fits in a log line.
 LONGEST = 500
 
-#: What became of a scan, for a supervisor: with piles, without, or not measured and why.
+#: Outcome of a scan, for a supervisor: measured, no pile, or why it was not measured.
 Status: TypeAlias = Literal["measured", "no_pile", "no_ground", "nothing_seen", "bad_input"]
 
 _BREAKS = re.compile(r"\s*[\n\r\t\v\f]\s*")
@@ -30,28 +30,28 @@ class NoGroundError(DivespotError):
 
 
 class NoFloorError(NoGroundError):
-    """The scan shows slopes alone, or what stands on something: no floor for piles."""
+    """The scan shows only slopes or objects: no floor on which piles could stand."""
 
 
 class NothingSeenError(DivespotError):
-    """Nothing is left of the scan: it is empty, or all its points mean no data."""
+    """No usable point is left: the scan is empty, or all its points mean no data."""
 
     status: Status = "nothing_seen"
 
 
 def printable(text: str) -> str:
-    """Return text on one line, without what would steer a terminal."""
+    """Return text on one line, without characters that control a terminal."""
     line = _BREAKS.sub(" ", text)
     return "".join(char if char.isprintable() else "\N{REPLACEMENT CHARACTER}" for char in line)
 
 
 def encodable(text: str | None) -> str | None:
-    """Return text that UTF-8 can hold: names of files need be none."""
+    """Return text that UTF-8 can encode: file names may contain other bytes."""
     return None if text is None else text.encode("utf-8", "replace").decode()
 
 
 def shortened(text: str, most: int = LONGEST) -> str:
-    """Return a text without its middle where it is longer than `most` characters."""
+    """Return a text with its middle left out if it is longer than `most` characters."""
     if len(text) <= most:
         return text
     end = most // 2

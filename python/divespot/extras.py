@@ -1,4 +1,4 @@
-"""Packages that only extras bring, imported where they are used."""
+"""Packages that belong to an extra, imported where they are used."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from divespot.errors import DivespotError
 
 
 def is_installed(module: str) -> bool:
-    """Return whether a module that only an extra brings is there."""
+    """Return whether a module of an extra is installed."""
     try:
         import_module(module)
     except ImportError:
@@ -23,7 +23,7 @@ def extra(module: str, name: str, need: str) -> Any:  # noqa: ANN401 - a module,
     Raises
     ------
     DivespotError
-        It is not installed; `need` says what it is needed for.
+        The module is not installed; `need` says what it is needed for.
 
     """
     try:

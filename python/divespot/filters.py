@@ -1,4 +1,4 @@
-"""Strays removed, the main cluster kept, sampling made uniform (paper, Pre-process 2 and 3)."""
+"""Outlier removal, main cluster, uniform sampling (paper, Pre-process 2 and 3)."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def radius_filter(
 ) -> NDArray[np.float64]:
     """Drop points with too few neighbours (Algorithm 1, lines 1 to 17), in the same array.
 
-    Points that share a position count once.
+    Points at the same position count once.
 
     Raises
     ------
     DivespotError
-        Nothing is left.
+        No point is left.
 
     """
     radius_m = given(settings.radius_m)
@@ -58,7 +58,7 @@ def radius_filter(
 def scene_cluster(
     points: NDArray[np.float64], settings: Settings, warn: Callable[[str], None]
 ) -> NDArray[np.float64]:
-    """Keep the most populous cluster (Algorithm 1, line 18), if asked to.
+    """Keep the largest cluster (Algorithm 1, line 18), if `scene_cluster` is set.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The way between the scan's own frame and unit and the level frame."""
+"""Conversion between the scan's own frame and unit and the level frame."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where the level frame lies in the scan.
+    """The position of the level frame in the scan.
 
     Attributes
     ----------
     pose
-        How the ground lies in the cloud.
+        Pose of the ground in the cloud.
     origin_m
         Shape ``(3,)``: the cloud's origin in the scan, in metres.
     unit
@@ -32,7 +32,7 @@ class Frame:
     scale
         Metres of the scan's x and y to a metre of the cloud's: the scale of its projection.
     gaps
-        What was closed up of the level frame in places that `to_scan` is given.
+        Empty bands that were closed up in the positions passed to `to_scan`.
 
     """
 
@@ -48,19 +48,19 @@ class Frame:
         return UNITS[self.unit]
 
     def to_scan(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return places of the level frame, shape ``(..., 3)``, in the scan's frame and unit."""
+        """Return positions of the level frame, shape ``(..., 3)``, in the scan's frame and unit."""
         restored = self.pose.restored(self.gaps.opened(positions_m)) * (self.scale, self.scale, 1.0)
         return np.asarray((restored + self.origin_m) / self.metres)
 
     def to_level(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return places in the scan's frame and unit, shape ``(n, 3)``, in the level frame."""
+        """Return positions in the scan's frame and unit, shape ``(n, 3)``, in the level frame."""
         near_m = positions * self.metres - self.origin_m
         return self.pose.level(near_m / (self.scale, self.scale, 1.0), 1)
 
     def plan_to_level(self, plan: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return x and y of the scan, shape ``(n, 2)``, as x and y of the level frame.
 
-        The scan's z axis through each place is followed to the ground's plane.
+        Each position is projected along the scan's z axis onto the ground's plane.
         """
         z = self.origin_m[2] / self.metres
         at = self.to_level(np.column_stack([plan, np.full(len(plan), z)]))

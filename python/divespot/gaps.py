@@ -1,10 +1,10 @@
-"""Scenes in parts that lie far apart: the empty bands between them, closed up.
+"""Scenes in parts that are far apart: the empty bands between the parts are closed up.
 
-The memory and the time of a grid go with the area of its box, not with what was seen in it. Where a
-band across the scene holds no point, and is wider than the widest part on either side, the parts
-are moved towards each other by whole cells until the band is as wide as that part: from nowhere in
-a part is anything looked at that lies farther off than the part is wide. Places are put back on the
-way to the scan's frame.
+Memory and time of a grid are proportional to the area of its box, not to the area seen. Bands
+across the scene that hold no point and are wider than the widest part are narrowed to that width,
+by moving the parts towards each other by whole cells. Nothing in a part depends on anything
+farther away than the part is wide, so results do not change. Positions are moved back when they
+are converted to the scan's frame.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from divespot.grid import HeightMap
     from divespot.settings import Settings
 
-#: A grid of at most so many cells, or so many a point, costs little: it stays as it is. A surface
-#: has a quarter of a cell to a point.
+#: Grids of at most this many cells, or this many per point, cost little and stay as they are. A
+#: surface has a quarter of a cell per point.
 FEW_CELLS = 2**18
 CELLS_A_POINT = 4.0
 
-#: Cells of an empty band, and points of a part on average, at least: of cells far smaller than the
-#: distance between points most are empty, and no part.
+#: Least width of an empty band in cells, and least mean number of points per part. With cells far
+#: smaller than the point spacing, most cells are empty, which does not separate parts.
 NARROWEST = 64
 FEWEST_POINTS = 100
 
@@ -38,14 +38,14 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """What was closed up of a level frame.
+    """The empty bands of a level frame that were closed up.
 
     Attributes
     ----------
     at_m
-        For x and y: the places in the middle of what is left of each band, ascending.
+        For x and y: the middle of what is left of each band, ascending.
     moved_m
-        For x and y: how far the parts before, between and after these places were moved.
+        For x and y: by how much the parts before, between and after these bands were moved.
 
     """
 
@@ -58,7 +58,7 @@ class Gaps:
         return not any(len(at) for at in self.at_m)
 
     def opened(self, places_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where places, shape ``(..., 3)``, lie in the level frame."""
+        """Return positions, shape ``(..., 3)``, in the level frame as it was before closing."""
         if self.is_none:
             return places_m
         there = np.array(places_m, dtype=np.float64)
@@ -67,7 +67,7 @@ class Gaps:
         return there
 
     def opened_map(self, grid: HeightMap) -> HeightMap:
-        """Return a height map with the cells of the bands, in which nothing was seen."""
+        """Return a height map that includes the bands again, with unseen cells."""
         if self.is_none:
             return grid
         heights_m = self.opened_cells(grid.heights_m, grid, np.nan)
@@ -76,7 +76,7 @@ class Gaps:
     def opened_cells(
         self, values: NDArray[Scalar], grid: HeightMap, unseen: float
     ) -> NDArray[Scalar]:
-        """Return values of a map's cells, and one for those of the bands."""
+        """Return values of a map's cells, with a fill value for cells of the bands."""
         if self.is_none:
             return values
         columns, rows = (self._cells(axis, values.shape[1 - axis], grid) for axis in range(2))
@@ -87,7 +87,7 @@ class Gaps:
         return opened
 
     def _cells(self, axis: int, count: int, grid: HeightMap) -> NDArray[np.intp]:
-        """Return the number in the level frame of each of the columns or rows."""
+        """Return for each column or row its number in the map that includes the bands."""
         cells = np.arange(count)
         middles_m = np.asarray(grid.origin_m[axis] + (cells + 0.5) * grid.cell_m, np.float64)
         return cells + np.rint(self._moved(middles_m, axis) / grid.cell_m).astype(np.intp)
@@ -102,7 +102,7 @@ NO_GAPS = Gaps((np.empty(0), np.empty(0)), (np.zeros(1), np.zeros(1)))
 def close_gaps(points: NDArray[np.float64], settings: Settings) -> tuple[NDArray[np.float64], Gaps]:
     """Close up the empty bands of levelled points along x and y.
 
-    What is held against something in the level frame, an outline or another surface, stays.
+    If an outline or another surface in the level frame is used, nothing is changed.
     """
     own = settings.base == "local" and not settings.compare_bases and not settings.is_outlined
     cell_m = given(settings.cell_m)
@@ -118,14 +118,14 @@ def close_gaps(points: NDArray[np.float64], settings: Settings) -> tuple[NDArray
 def _is_sparse(points: NDArray[np.float64], cell_m: float) -> bool:
     width_m, depth_m = (float(np.ptp(points[:, axis])) for axis in range(2))
     cells = (width_m / cell_m) * (depth_m / cell_m)
-    # Of cells beyond number, the grid will say that they are too many.
+    # If the number of cells is infinite, making the grid raises the error.
     return max(FEW_CELLS, CELLS_A_POINT * len(points)) < cells < math.inf
 
 
 def _gaps(
     sorted_m: NDArray[np.float64], cell_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return where further parts begin, the middles of the bands that are left, and the moves."""
+    """Return where further parts begin, the middles of the remaining bands, and the moves."""
     apart_m = np.diff(sorted_m)
     between = np.flatnonzero(apart_m > NARROWEST * cell_m)
     if len(between) * FEWEST_POINTS > len(sorted_m):

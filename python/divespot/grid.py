@@ -1,4 +1,4 @@
-"""The ground grid: one height a cell, and its integral (paper, "Voxel Meshing Calculation")."""
+"""The ground grid: one height per cell, and its integral (paper, "Voxel Meshing Calculation")."""
 
 import math
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from divespot.errors import DivespotError
 
 @dataclass(frozen=True, eq=False)
 class HeightMap:
-    """One height a square cell, and what it rests on.
+    """One height per square cell, and the points behind it.
 
     Attributes
     ----------
     heights_m
-        Shape ``(rows, columns)``: height at the middle of each cell, NaN where no point fell.
+        Shape ``(rows, columns)``: height at the middle of each cell, NaN for empty cells.
         x grows along a row, y from row to row.
     counts
         Points in each cell.
@@ -51,9 +51,9 @@ def height_map(
 ) -> HeightMap:
     """Average the points of each cell of a square grid in x and y.
 
-    The mean height is carried from the mean position of a cell's points to its middle, along the
-    slope between the neighbouring cells. The grid starts a quarter of a cell below the lowest x
-    and y, so that a regular raster of points does not lie on the edges between cells.
+    The mean height is carried from the mean position of a cell's points to the cell's middle, along
+    the slope between the neighbouring cells. The grid starts a quarter of a cell below the lowest x
+    and y, so that the points of a regular raster do not lie on the edges between cells.
 
     Parameters
     ----------
@@ -63,11 +63,11 @@ def height_map(
         Edge of a cell.
     triangulated
         Average the linear surface between the points (a triangulated irregular network) instead:
-        right where points are few, or farther apart than cells, and for any density. A cell with
-        no point has a height too, unless it lies outside them all or in a hole that is wide for
-        the spacing around it.
+        accurate where points are few or farther apart than cells, and for any density. Empty cells
+        get a height too, unless they are outside all points or in a hole that is wide compared
+        with the point spacing around it.
     mask
-        Shape ``(n,)``: which points count; the grid lies over all of them, which must be finite.
+        Shape ``(n,)``: the points to use; the grid covers all points, which must be finite.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def height_map(
 
 @dataclass(frozen=True)
 class Volume:
-    """Material above (`cut_m3`) and missing below (`fill_m3`) a base, over `area_m2`."""
+    """Volume above (`cut_m3`) and missing below (`fill_m3`) a base, over `area_m2`."""
 
     cut_m3: float
     fill_m3: float
@@ -102,26 +102,26 @@ class Volume:
 
     @property
     def volume_m3(self) -> float:
-        """Cut less fill."""
+        """`cut_m3` less `fill_m3`."""
         return self.cut_m3 - self.fill_m3
 
 
 def integrate(heights_m: ArrayLike, cell_m: float, *, base_m: ArrayLike = 0.0) -> Volume:
-    """Add up cell area times height above the base, cut and fill apart.
+    """Sum cell area times height above the base, cut and fill separately.
 
     Parameters
     ----------
     heights_m
-        Heights of the cells, of any shape; NaN where there is none. Such cells are left out.
+        Heights of the cells, of any shape. Cells with NaN are left out.
     cell_m
         Edge of a cell.
     base_m
-        Height of the base: one number, or one for each cell.
+        Height of the base: one number, or one per cell.
 
     Raises
     ------
     DivespotError
-        A base that does not fit the heights, or a cell that is not above 0.
+        The base's shape differs from that of the heights, or a cell is not above 0.
 
     Examples
     --------

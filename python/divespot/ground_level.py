@@ -1,4 +1,4 @@
-"""Where the ground is: one height, or a surface at whatever heights, and the hills on it."""
+"""The ground: one height, or a surface at several heights, and the hills on it."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class GroundLevel:
-    """Height of the ground in the level frame and the spread of its cells.
+    """Height of the ground in the level frame, and the noise of its cells.
 
     Attributes
     ----------
     height_m
-        The height of most of it.
+        The height of most of the ground.
     noise_m
-        Standard deviation of its cells about `surface_m`.
+        Standard deviation of the ground's cells about `surface_m`.
     surface_m
-        Shape ``(rows, columns)``: its height in each cell.
+        Shape ``(rows, columns)``: the ground's height in each cell.
     hills
         Shape ``(rows * columns,)``: the hill that each cell belongs to, the largest 0; -1 for none.
-        None where objects are told from the ground by their height alone.
+        None if objects are found by their height above the ground alone.
     is_ground
-        Shape ``(rows * columns,)``: whether a cell is ground; None as `hills`.
+        Shape ``(rows * columns,)``: whether a cell is ground; None if `hills` is.
     upside_down
-        The same of the surface turned upside down, the hills of which are holes; None where no
-        holes are wanted.
+        The same for the surface turned upside down, whose hills are holes; None if holes are not
+        wanted.
 
     """
 
@@ -56,12 +56,12 @@ class GroundLevel:
 
 
 def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[GroundLevel, Settings]:
-    """Find the ground's height, surface and noise, and the lengths that follow from them.
+    """Find the ground's height, surface and noise, and the lengths derived from them.
 
     Raises
     ------
     DivespotError
-        No ground is in view, and no other floor was given.
+        No ground is in view, and no other base was given.
 
     """
     height = peak_m(grid, settings.base, settings)
@@ -77,11 +77,11 @@ def find_ground(grid: HeightMap, scan: Survey, settings: Settings) -> tuple[Grou
 def _surface_level(
     grid: HeightMap, height_m: float, scan: Survey, settings: Settings
 ) -> GroundLevel:
-    """Return a gentle surface through the ground and beneath what stands on it.
+    """Return a smooth surface through the ground, continued beneath the objects on it.
 
-    Hills are found on cells as wide as the points' spacing: the facets of a triangulated surface
-    are smooth, whatever its noise, and wider cells round a pile of a dozen points off. What was
-    dug out below a base that was given, or inside an outline, is no hole in the ground.
+    Hills are found on cells as wide as the point spacing. On finer cells the smooth facets of a
+    triangulated surface would hide the noise; wider cells would flatten a pile of a dozen points.
+    With a given base or an outline, no holes are searched for.
     """
     rows, columns = grid.heights_m.shape
     by = max(1, round(scan.spacing_m / grid.cell_m))
@@ -106,7 +106,7 @@ def _surface_level(
 
 
 def _blocks(heights_m: NDArray[np.float64], by: int) -> NDArray[np.float64]:
-    """Return the mean height of each block of so many rows and columns; NaN where none is known."""
+    """Return the mean height of blocks of `by` x `by` cells; NaN where none is known."""
     if by == 1:
         return heights_m
     rows, columns = (-(-size // by) for size in heights_m.shape)
@@ -120,7 +120,7 @@ def _blocks(heights_m: NDArray[np.float64], by: int) -> NDArray[np.float64]:
 
 
 def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
-    """Return one height; its noise is that of the cells below: those above may be a pile's."""
+    """Return one height; the noise is that of cells below it, since those above may be a pile's."""
     below = height_m - grid.heights_m[grid.heights_m < height_m]
     near = below[below < near_m]
     noise = 1.4826 * float(np.median(near)) if len(near) else 0.0
@@ -128,7 +128,7 @@ def _level(grid: HeightMap, height_m: float, near_m: float) -> GroundLevel:
 
 
 def peak_m(grid: HeightMap, kind: str, settings: Settings) -> float:
-    """Return the height of the histogram's peak, or of the middle of its peaks (``midpeak``)."""
+    """Return the height of the histogram's peak, or of the midpoint of its peaks (``midpeak``)."""
     return ground_height(
         grid.heights_m[~np.isnan(grid.heights_m)],
         bin_m=given(settings.stages.bin_m),

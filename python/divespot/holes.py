@@ -1,4 +1,4 @@
-"""Holes in the ground: what is a hill of the surface turned upside down, and lies in no hill."""
+"""Holes in the ground: hills of the surface turned upside down that touch no hill."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from divespot.grid import HeightMap
     from divespot.settings import Settings
 
-#: Reasons for which a hill of the surface turned upside down is no hole either.
+#: Reasons for which a hill of the surface turned upside down is not reported as a hole.
 NONE = (NOT_CLEAR, THIN)
 
 
@@ -46,6 +46,6 @@ def with_holes(measured: Measured, grid: HeightMap, bases: Bases, settings: Sett
 
 
 def _clear_of(hills: NDArray[np.int32], holes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the holes of which no part lies in a hill, as where a pile was dug out."""
+    """Return the holes without cells in a hill; those are where a pile was dug out."""
     within = np.isin(holes, np.unique(holes[hills >= 0]))
     return np.where(within, np.int32(-1), holes)

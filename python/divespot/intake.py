@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 FEWEST = 10
 #: Smallest extent of a scan, in metres.
 SMALLEST_M = 1e-6
-#: Fewest steps of rounded coordinates across a scan: a pile a third as wide then spans seven.
+#: Fewest rounding steps across a scan: a pile a third as wide then spans seven steps.
 FEWEST_STEPS = 20
 
 
 class LegacyCloud(Protocol):
-    """What holds points as Open3D's legacy clouds do."""
+    """An object that holds points like Open3D's legacy clouds."""
 
     @property
     def points(self) -> Any:  # noqa: ANN401 - whatever NumPy makes an array of
@@ -46,14 +46,14 @@ class LegacyCloud(Protocol):
 
 
 class TensorCloud(Protocol):
-    """What holds points as Open3D's tensor clouds do: as ``point.positions``."""
+    """An object that holds points like Open3D's tensor clouds: as ``point.positions``."""
 
     @property
     def point(self) -> Any:  # noqa: ANN401 - a map of tensors
-        """What each of its points has."""
+        """The attributes of its points."""
 
 
-#: A scan, a path, several that are one survey, points, or what holds points.
+#: A scan, a path, several paths that are one survey, points, or an object that holds points.
 Scannable: TypeAlias = (
     "Scan | str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike "
     "| LegacyCloud | TensorCloud"
@@ -62,27 +62,27 @@ Scannable: TypeAlias = (
 
 @dataclass(frozen=True)
 class Source:
-    """Where the points came from and how many were of no use.
+    """Where the points came from and how many were unusable.
 
     Attributes
     ----------
     path
         The file; null for an array.
     points
-        Points that were read, those of no use included.
+        Points that were read, including unusable ones.
     dropped_nonfinite
         Points with a coordinate that is not finite.
     dropped_zero
         Points at (0, 0, 0): pixels without a depth.
     unit
-        Unit of the file's numbers; the report's positions are in it.
+        Unit of the file's numbers and of the report's positions.
     crs
-        Coordinate reference system, as far as the file names it.
+        Coordinate reference system, as far as the file states it.
     files
-        All files, where several were merged; `path` is the first of them.
+        All files if several were merged; `path` is the first of them.
     scale_factor
-        Metres of the map to a metre on the ellipsoid, where the projection is known; off by more
-        than 100 ppm, it is corrected.
+        Metres of the map per metre on the ellipsoid, if the projection is known; a scale more than
+        100 ppm off is corrected.
 
     """
 
@@ -100,12 +100,12 @@ class Source:
 class Cloud:
     """Finite points in metres relative to `origin_m`, and where they came from.
 
-    z is up in a `projected` system. `sensor_m` is where the sensor stood, in the scan's frame and
-    in metres, where that is known. `quantum_m` are the steps to which x, y and z were rounded
-    before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
-    the standard uncertainty step / sqrt(12). `scale` are metres of the scan's x and y to a metre
-    of the cloud's. `registration` says how well frames fit that it was fused from.
-    What `is_cropped` was cropped while it was read.
+    z is up in a `projected` system. `sensor_m` is the sensor's position in the scan's frame, in
+    metres, if known. `quantum_m` are the steps to which x, y and z were rounded in the file, such
+    as those of float32 in UTM; 0 if none is seen. Each coordinate has the standard uncertainty
+    step / sqrt(12). `scale` is the number of metres of the scan's x and y per metre of the cloud's.
+    `registration` is the uncertainty of the registration if the cloud was fused from frames.
+    `is_cropped` means that points were cropped while they were read.
     """
 
     points: NDArray[np.float64]
@@ -120,30 +120,30 @@ class Cloud:
     is_cropped: bool = False
 
     def copied(self) -> Cloud:
-        """Return a cloud with a copy of the points, for what uses them up."""
+        """Return the cloud with a copy of its points, for functions that modify them."""
         return replace(self, points=self.points.copy())
 
     def without_points(self) -> Cloud:
-        """Return all but the points, so that their memory is free for those that are left."""
+        """Return the cloud without its points, so that their memory can be freed."""
         return replace(self, points=np.empty((0, 3)))
 
 
 def load(source: Scannable, settings: Settings) -> Cloud:
     """Read a scan; drop and count points that are not finite and points at (0, 0, 0).
 
-    Depth cameras mark a pixel without a depth with either.
+    Depth cameras mark pixels without a depth in either way.
 
     Raises
     ------
     DivespotError
-        The file cannot be read, the array has the wrong shape or type, or nothing is left.
+        The file cannot be read, the array has the wrong shape or type, or no point is left.
 
     """
     return cloud_of(_scan(source, settings), settings)
 
 
 def cloud_of(scan: Scan, settings: Settings) -> Cloud:
-    """Drop and count the points of a scan that were not seen, as `load` does."""
+    """Drop and count the unseen points of a scan, as `load` does."""
     points, origin, extent_m, nonfinite, zero = _native.seen(scan.points, settings.threads)
     if len(points) < FEWEST:
         raise NothingSeenError(
@@ -181,7 +181,7 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
 
 
 def _refuse_coarse(scan: Scan, extent_m: Position) -> None:
-    """Raise DivespotError where so few steps of x or y lie across the scan that no pile shows."""
+    """Raise DivespotError if x or y have too few rounding steps across the scan to show a pile."""
     for axis, width_m, step_m in zip("xy", extent_m, scan.quantum_m, strict=False):
         steps = round(width_m / step_m) if step_m else 0
         if 2 < steps < FEWEST_STEPS:
@@ -235,7 +235,7 @@ def _scan(source: Scannable, settings: Settings) -> Scan:
 
 
 def _positions(source: Any) -> ArrayLike:  # noqa: ANN401 - whatever holds points
-    """Return the points of what holds them as Open3D does, else what was given."""
+    """Return the points of an Open3D object; anything else is returned as it is."""
     if isinstance(source, np.ndarray):
         return source
     tensor = getattr(getattr(source, "point", None), "positions", None)
@@ -250,7 +250,7 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
     Raises
     ------
     DivespotError
-        Too few points lie inside.
+        Too few points are inside.
 
     """
     if settings.crop is None or cloud.is_cropped:

@@ -1,4 +1,4 @@
-"""Which of the places where two surveys differ count, and how sure their volumes are."""
+"""Which places where two surveys differ are counted, and their uncertainties."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ if TYPE_CHECKING:
     from divespot.grid import HeightMap
     from divespot.reasons import Reason
 
-#: From this share of its area, or of its height, on, what differs is what stood there before.
+#: From this share of its area, or of its height, a difference is taken for a thing in both surveys.
 MOSTLY = 0.5
 
-#: With less than this share of the ground away from all places, it may all have changed: a bin was
+#: If less than this share of the ground is outside all places, all of it may have changed: a bin
 #: filled from wall to wall.
 LEAST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Both:
-    """What two surveys show, on the cells of the later one.
+    """Two surveys, on the cells of the later one.
 
     Attributes
     ----------
     grid
-        Heights of the later one.
+        Heights of the later survey.
     loose
-        The later one's points off the surface.
+        Points of the later survey off its surface.
     is_ground
-        Which cells are ground in the later one.
+        Whether a cell is ground in the later survey.
     earlier
-        The earlier one.
+        The earlier survey.
     earlier_m
-        Heights of the earlier one, in its gaps too.
+        Heights of the earlier survey, gaps filled.
 
     """
 
@@ -56,7 +56,7 @@ class Both:
     earlier_m: NDArray[np.float64]
 
     def judged(self, found: Sequence[RawObject]) -> tuple[list[RawObject], Spread]:
-        """Return places with how sure they are and why they are not counted, and what says so."""
+        """Return places with uncertainty and reason, and the spread of unchanged ground."""
         known = [(i, raw) for i, raw in enumerate(found, start=1) if raw.outline_m]
         labels = numbered([(i, np.array(raw.outline_m)[:, :2]) for i, raw in known], self.grid)
         places = self._places(found, labels)
@@ -86,7 +86,7 @@ class Both:
         return [_Place(*place) for place in places]
 
     def _reaches(self, is_gain: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return where the survey whose surface is lower has points, and where up there too."""
+        """Return where the survey with the lower surface has points, and where at the upper one."""
         lower = np.where(is_gain, self.earlier_m, self.grid.heights_m)
         upper = np.where(is_gain, self.grid.heights_m, self.earlier_m)
         tops = tops_m(self.earlier.grid, self.earlier.loose), tops_m(self.grid, self.loose)
@@ -94,10 +94,10 @@ class Both:
         return ~np.isnan(lower + upper + top), top > lower + MOSTLY * (upper - lower)
 
     def _spread(self, places: Sequence[_Place], labels: NDArray[np.int64]) -> Spread:
-        """Return how far the surveys differ on what is ground in both and did not change.
+        """Return how far the surveys differ on ground in both that did not change.
 
-        Ground changed where a place on it is clear of how the rest differs; to the rest belong the
-        places that are not.
+        Ground is taken as changed in places above the detection limit given by all other ground;
+        places below the limit count as other ground, which is repeated until nothing changes.
         """
         cell_m, off_m = self.grid.cell_m, self.off_m
         seen = ~np.isnan(off_m)
@@ -121,13 +121,13 @@ class _Place:
     Attributes
     ----------
     number
-        Its label.
+        Label of the place.
     rise_m2
-        Length of the surface's gradient added up over it.
+        Length of the surface's gradient integrated over it.
     inner_m3
-        What of it lies away from where a scan ends.
+        Volume of it away from the end of a scan.
     stood
-        Whether both surveys show what stands there.
+        Whether both surveys show the same thing there.
 
     """
 
@@ -138,12 +138,12 @@ class _Place:
     stood: bool
 
     def judged(self, spread: Spread) -> RawObject:
-        """Return the place with its uncertainty, and why it is not counted."""
+        """Return the place with its uncertainty, and the reason if it is not counted."""
         sure = self._sure(spread)
         return sure.judged(sure.budget["registration_m3"], self.raw.reason or self._reason(spread))
 
     def is_clear(self, spread: Spread) -> bool:
-        """Return whether so large a volume is told from none."""
+        """Return whether the volume is above the detection limit."""
         return abs(self.raw.cut_m3 - self.raw.fill_m3) >= self._limit_m3(spread)
 
     def _reason(self, spread: Spread) -> Reason | None:
@@ -157,10 +157,10 @@ class _Place:
         return spread.clear_by(self.raw.footprint_m2) * self._sure(spread).combined_m3()
 
     def _sure(self, spread: Spread) -> RawObject:
-        """Return the place no surer than unchanged ground of its size.
+        """Return the place with at least the uncertainty of unchanged ground of its size.
 
-        How far the ground around it lies off the other surface is known already (`base_m3`), and
-        is of the same errors.
+        The distance of the ground around it from the other surface (`base_m3`) is due to the same
+        errors, and is subtracted.
         """
         u_spread_m3 = spread.u_m3(self.raw.footprint_m2, self.rise_m2)
         beyond_m3 = math.sqrt(max(u_spread_m3**2 - self.raw.budget["base_m3"] ** 2, 0.0))

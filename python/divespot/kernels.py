@@ -1,9 +1,9 @@
-"""The kernels: NumPy arrays in, NumPy arrays out, each worth importing alone.
+"""The kernels: NumPy arrays in, NumPy arrays out, each usable on its own.
 
-Points are arrays of shape ``(n, 3)``, x, y, z in metres, float32 or float64, of any strides;
-anything that NumPy turns into such an array will do. Rows that are not finite are left out.
-The same points give the same bits, in any order and at any number of threads. The interpreter
-is free while a kernel runs. Bad input raises `divespot.errors.DivespotError`.
+Points are arrays of shape ``(n, 3)``, x, y, z in metres, float32 or float64, of any strides, or
+anything that NumPy converts to such an array. Rows that are not finite are left out. The same
+points give the same bits, in any order and at any number of threads. Kernels release the GIL. Bad
+input raises `divespot.errors.DivespotError`.
 """
 
 from dataclasses import dataclass
@@ -19,24 +19,24 @@ from divespot._arguments import as_floats, number, switch, thread_number, whole,
 def radius_outlier_mask(
     points: ArrayLike, radius_m: float, min_neighbors: int, *, threads: int = 0
 ) -> NDArray[np.bool_]:
-    """Tell which points have enough neighbours: the radius filter of the paper's Algorithm 1.
+    """Return which points have enough neighbours: the radius filter of the paper's Algorithm 1.
 
     Parameters
     ----------
     points
         Shape ``(n, 3)``, in metres.
     radius_m
-        A neighbour lies no further away than this.
+        Largest distance of a neighbour, in metres.
     min_neighbors
         Neighbours that a point needs. The point itself does not count; a duplicate of it does.
     threads
-        0 takes every core that the process may use.
+        Number of threads; 0: every core available to the process.
 
     Returns
     -------
     mask
-        Shape ``(n,)``: true where at least `min_neighbors` others lie within the radius. False
-        where a coordinate is not finite.
+        Shape ``(n,)``: true where at least `min_neighbors` other points are within the radius.
+        False where a coordinate is not finite.
 
     Raises
     ------
@@ -79,17 +79,17 @@ def voxel_downsample(
     points
         Shape ``(n, 3)``, in metres.
     voxel_m
-        Edge of a cube. The first one starts 0.38 of an edge below the lowest corner of the
-        points, so that a regular grid of points does not lie on the faces of the cubes.
+        Edge of a cube, in metres. The first one starts 0.38 of an edge below the lowest corner of
+        the points, so that points on a regular grid do not lie on the faces of the cubes.
     return_counts
-        Return the number of points in each cube as well.
+        Also return the number of points in each cube.
     threads
-        0 takes every core that the process may use.
+        Number of threads; 0: every core available to the process.
 
     Returns
     -------
     means
-        Shape ``(m, 3)``, one row an occupied cube, sorted by z, then y, then x of the cubes.
+        Shape ``(m, 3)``, one row per occupied cube, sorted by z, then y, then x of the cubes.
     counts
         Shape ``(m,)``, only with `return_counts`.
 
@@ -116,14 +116,14 @@ def voxel_downsample(
 
 @dataclass(frozen=True, eq=False)
 class HeightHistogram:
-    """Points by height, bins from low to high.
+    """A histogram of heights, with bins from low to high.
 
     Attributes
     ----------
     centers_m
-        Shape ``(bins,)``: the middle height of each bin.
+        Shape ``(bins,)``: the middle height of each bin, in metres.
     counts
-        Shape ``(bins,)``: the heights in each bin.
+        Shape ``(bins,)``: the number of heights in each bin.
     smoothed
         Shape ``(bins,)``: the mean count in the window around each bin.
 
@@ -137,24 +137,24 @@ class HeightHistogram:
 def height_histogram(heights_m: ArrayLike, *, bin_m: float, window: int = 5) -> HeightHistogram:
     """Count heights in bins and smooth the counts (paper, Algorithm 3).
 
-    The paper's window sums one bin more than it divides by and shifts its result by half a
-    window. Here the smoothed count of a bin is the mean of the bins around that bin; at the ends,
-    of those that exist.
+    The paper's window sums one bin more than it divides by, and shifts the result by half a
+    window. Here the smoothed count of a bin is the mean over the bins around it; at the ends, over
+    those that exist.
 
     Parameters
     ----------
     heights_m
-        Shape ``(n,)``. What is not finite is left out.
+        Shape ``(n,)``, in metres. Values that are not finite are left out.
     bin_m
-        Height of a bin. The first one starts 0.38 of it below the lowest height, so that heights
-        in whole multiples of a fraction of it stay clear of the edges of the bins.
+        Height of a bin, in metres. The first one starts 0.38 of it below the lowest height, so
+        that heights at multiples of a fraction of the bin do not lie on the edges of bins.
     window
         Bins to average over: an odd number.
 
     Raises
     ------
     DivespotError
-        `heights_m` have the wrong shape or type or nothing finite, a setting is out of range, or
+        `heights_m` have the wrong shape or type or no finite value, a setting is out of range, or
         there would be more than 2**24 bins.
 
     Examples
@@ -181,24 +181,24 @@ def ground_height(
 ) -> float:
     """Find the height of the ground: a peak of the height histogram (paper, Algorithm 3).
 
-    The result is finer than a bin: the mean of the heights in the window around the peak.
+    The result is finer than a bin: it is the mean of the heights in the window around the peak.
 
     Parameters
     ----------
     heights_m
-        Shape ``(n,)``. What is not finite is left out.
+        Shape ``(n,)``, in metres. Values that are not finite are left out.
     bin_m, window
         As in `height_histogram`.
     rule
         ``"first"``: the lowest peak that reaches a tenth of the highest and then falls to half of
-        itself. ``"lower"``: the highest peak in the lower part. ``"midpoint"``: midway between
-        the lowest and the highest of the peaks in the lower part that reach half of the highest
+        its own height. ``"lower"``: the highest peak in the lower part. ``"midpoint"``: midway
+        between the lowest and the highest peak in the lower part that reach half of the highest
         one there, for a floor that registration split into several levels (paper, "When the
         ground becomes uneven").
     lower_fraction
         The lower part is this share of the range from the 1st to the 99th percentile of the
-        heights, so that a stray point does not move it. A peak that its end cuts through is
-        followed upward to its top.
+        heights, which a single outlier does not change. A peak at the upper end of the lower part
+        is followed upward to its top.
 
     Raises
     ------

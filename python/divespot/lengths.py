@@ -1,4 +1,4 @@
-"""How lengths that nobody gave follow from the scan."""
+"""How lengths that were not given are derived from the scan."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
     from divespot.spacing import Survey
 
-#: Flattest angle at which bulk material lies. Below the margin, a pile's toe is no wider than
-#: margin / tan of it.
+#: Flattest angle at which bulk material lies, in degrees: a toe that is margin high is at most
+#: margin / tan(angle) wide.
 FLATTEST_REPOSE_DEG = 15.0
 
-#: A pile on this share of the scene is to hold 200 points, 60 on a regular raster, where all cells
-#: hold equally many: fifty cells of four points each. With fewer, gaps, the toe and a wall beside
-#: the pile weigh too much in the means over cells, and the surface is triangulated instead, which
-#: takes several times as long.
+#: A pile on this share of the scene should have 200 points, or 60 on a regular raster, where all
+#: cells hold equally many: fifty cells of four points each. With fewer points, gaps, the toe and
+#: walls have too much influence on the means over cells, and the surface is triangulated instead,
+#: which takes several times as long.
 PILE_SHARE, PILE_POINTS, REGULAR_POINTS = 0.01, 200, 60
 
-#: A point within so many standard deviations of a plane supports it.
+#: A point within this many standard deviations of a plane supports it.
 SIGMAS = 4.0
 
-#: Edge of a cell, in point spacings, where the surface is triangulated.
+#: Edge of a cell, in point spacings, if the surface is triangulated.
 FINE = 1.0 / 3.0
 
-#: Thresholds that are tried for the flattest plane, each half of the one before.
+#: Number of thresholds tried for the flattest plane, each half of the previous one.
 HALVINGS = 8
 
-#: The ground holds at least this share of the points. Of normally distributed values, that share
-#: lies within 0.385 standard deviations of the mean.
+#: The ground holds at least this share of the points. In a normal distribution, this share lies
+#: within 0.385 standard deviations of the mean.
 FLAT_SHARE = 0.3
 FLAT_QUANTILE = 0.385
 
 
-#: Least threshold, for clouds without noise: this share of the one that follows from the spacing.
+#: Least threshold, for clouds without noise, as a share of the one derived from the spacing.
 SMALLEST = 1e-3
 
 
 def by_survey(settings: Settings, survey: Survey) -> Settings:
-    """Return settings with the lengths that follow from a cloud.
+    """Return settings with the lengths derived from a cloud.
 
-    A length is a multiple of the point spacing; of the roughness, where the sensor's noise
-    is the coarser of the two.
+    A length is a multiple of the point spacing, or of the roughness if the sensor's noise is the
+    coarser of the two.
     """
     spacing = _spacing(survey)
     enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
@@ -72,15 +72,15 @@ def by_survey(settings: Settings, survey: Survey) -> Settings:
 
 
 def by_flatness(settings: Settings, flatness_m: float) -> Settings:
-    """Return settings with the lengths that follow from the ground's standard deviation.
+    """Return settings with the lengths derived from the ground's standard deviation.
 
-    Where points are as far apart as piles are high, their spacing does not tell it.
+    Used where points are as far apart as piles are high: the point spacing is then too coarse.
     """
     return settings.completed(plane_threshold_m=SIGMAS * flatness_m, bin_m=flatness_m)
 
 
 def by_noise(settings: Settings, noise_m: float) -> Settings:
-    """Return resolved settings with the lengths that follow from the noise of the ground."""
+    """Return resolved settings with the lengths derived from the noise of the ground."""
     cell = given(settings.cell_m)
     margin = max(4.0 * noise_m, 0.5 * cell) if settings.margin_m is None else settings.margin_m
     return settings.completed(
@@ -90,7 +90,7 @@ def by_noise(settings: Settings, noise_m: float) -> Settings:
 
 
 def _density(settings: Settings) -> PaperChanges:
-    """Return what follows from the material, unless a density is given."""
+    """Return the density of the material, unless a density is given."""
     material = MATERIALS.get(settings.material or "")
     if material is None or settings.density_kg_m3 is not None:
         return {"density_u_kg_m3": 0.0}
@@ -101,7 +101,7 @@ def _density(settings: Settings) -> PaperChanges:
 
 
 def ground_lengths(survey: Survey) -> PaperChanges:
-    """Return how thick a plane and how high a histogram's bin is, by spacing and roughness."""
+    """Return the plane's threshold and the histogram's bin, by point spacing and roughness."""
     spacing = _spacing(survey)
     roughness = _rounded(survey.roughness_m)
     return {
@@ -111,14 +111,14 @@ def ground_lengths(survey: Survey) -> PaperChanges:
 
 
 def _spacing(survey: Survey) -> float:
-    """Return the spacing that lengths are multiples of; a raster has exactly its own."""
+    """Return the spacing for deriving lengths; that of a raster is exact and not rounded."""
     return survey.spacing_m if survey.regular else _rounded(survey.spacing_m)
 
 
 def _rounded(length_m: float) -> float:
-    """Return the nearest of sixteen lengths in a factor of two.
+    """Return the nearest of sixteen lengths per factor of two.
 
-    So chance does not reach the size of a cell: a scan that is moved or turned keeps its cells.
+    So random variation does not change the cell: a shifted or turned scan keeps its cells.
     """
     return 2.0 ** (round(16.0 * math.log2(length_m)) / 16.0) if length_m > 0.0 else 0.0
 
@@ -126,10 +126,10 @@ def _rounded(length_m: float) -> float:
 def flatness(found: Survey, settings: Settings) -> float:
     """Return the standard deviation of the flattest part of a cloud about its plane, in metres.
 
-    Where points are as far apart as piles are high, neighbours do not tell how thick the ground
-    is, and a threshold by their spacing takes the piles for a part of it. Of the planes within
-    ever smaller thresholds the one is taken to which the nearest share of the surveyed points
-    lies nearest (least quantile of squares).
+    Where points are as far apart as piles are high, neighbours do not show how thick the ground
+    is, and a threshold derived from their spacing includes the piles. Planes are fitted within ever
+    smaller thresholds; the one is taken to which the nearest share `FLAT_SHARE` of the surveyed
+    points is nearest (least quantile of squares).
     """
     widest_m = given(ground_lengths(found)["plane_threshold_m"])
     least = widest_m * FLAT_QUANTILE / SIGMAS

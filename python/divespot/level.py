@@ -1,4 +1,4 @@
-"""The levelled scene that pictures and volume methods look at."""
+"""The levelled scene, for pictures and volume methods."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Outline:
-    """The outline of an object in the level frame, and why it is no pile; None for a pile."""
+    """The outline of an object in the level frame, and the reason; None for a pile."""
 
     corners_m: tuple[Position, ...]
     reason: Reason | None
@@ -35,19 +35,19 @@ class Level:
     Attributes
     ----------
     closed_map
-        The surface, its gaps closed up.
+        The surface, with empty bands closed up.
     closed_base_m
-        Shape of that map: the base in force below each cell, NaN where it is not known.
+        Shape of that map: height of the base below each cell, NaN where it is not known.
     ground_m
         Height of the ground.
     outlines
         Outlines of all objects, in the report's order.
     frame
-        The way from here to the scan.
+        Conversion between the level frame and the scan's.
     gaps
-        What was closed up.
+        The empty bands that were closed up.
     spread
-        How far an earlier scan that is the base differs from this one where nothing changed.
+        Difference from the earlier scan over unchanged ground, if that scan is the base.
 
     """
 
@@ -66,5 +66,5 @@ class Level:
 
     @cached_property
     def base_m(self) -> NDArray[np.float64]:
-        """Shape of the map: the base in force below each cell, NaN where it is not known."""
+        """Shape of the map: height of the base below each cell, NaN where it is not known."""
         return self.gaps.opened_cells(self.closed_base_m, self.closed_map, np.nan)

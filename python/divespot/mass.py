@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 class Weighed(Protocol):
-    """What is known of a pile that is weighed."""
+    """The attributes of a pile that its mass depends on."""
 
     @property
     def material(self) -> str | None:
-        """What it consists of."""
+        """Its material."""
 
     @property
     def volume_m3(self) -> float:
@@ -27,7 +27,7 @@ class Weighed(Protocol):
 
     @property
     def budget(self) -> Any:  # noqa: ANN401 - the report's, which imports this module
-        """What its uncertainty consists of."""
+        """Its uncertainty budget."""
 
 
 def mass_kg(
@@ -44,10 +44,10 @@ def mass_kg(
 
 
 def density_of(material: str | None, settings: Settings) -> tuple[float, float] | None:
-    """Return a density and its standard uncertainty: what is given, or that of the material.
+    """Return a density and its standard uncertainty: as given, or that of the material.
 
-    The material is that of the outline, or else the one that the settings name, whose density
-    they hold.
+    The material is that of the outline, or else that of the settings, which hold its density
+    already.
     """
     asked = MATERIALS.get(settings.material or "")
     given = settings.density_kg_m3
@@ -61,10 +61,10 @@ def density_of(material: str | None, settings: Settings) -> tuple[float, float] 
 def total_mass_kg(
     piles: Sequence[Weighed], common: Sequence[str], settings: Settings
 ) -> tuple[float | None, float | None]:
-    """Return the mass of all piles, and its standard uncertainty; None where one has none.
+    """Return the mass of all piles, and its standard uncertainty; None if a pile has none.
 
-    What may be off to the same side in all of them adds up, and so do the errors of the density of
-    one material.
+    Terms common to all piles add linearly, and so do the density errors of piles of the same
+    material.
     """
     densities = [density_of(pile.material, settings) for pile in piles]
     known = [density for density in densities if density is not None]

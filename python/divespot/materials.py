@@ -1,4 +1,4 @@
-"""Bulk materials: density, with how far it may be off, and angle of repose."""
+"""Bulk materials: density with its uncertainty, and angle of repose."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-#: Where the densities and angles come from.
+#: Sources of the densities and angles.
 SOURCE = "Deere OMN300820; CEMA tables; Wikipedia, Test weight; agriculture.com"
 
-#: The density of one material varies by up to this share with how it is poured and measured.
+#: Largest relative variation of one material's density with how it is poured and measured.
 SPREAD = 0.13
 
 
@@ -24,9 +24,9 @@ class Material:
     Attributes
     ----------
     density_range_kg_m3
-        Between these the bulk density lies, anywhere with the same probability.
+        Range of the bulk density; every value in it is equally likely.
     repose_deg
-        Range of the angle of repose; None where the sources have none.
+        Range of the angle of repose; None if the sources give none.
 
     """
 
@@ -40,13 +40,13 @@ class Material:
 
     @property
     def density_u_kg_m3(self) -> float:
-        """Standard uncertainty: that of a rectangular distribution (GUM 4.3.7)."""
+        """Standard uncertainty of a rectangular distribution (GUM 4.3.7)."""
         low, high = self.density_range_kg_m3
         return (high - low) / math.sqrt(12.0)
 
 
 def _around(density_kg_m3: float, repose_deg: tuple[float, float] | None) -> Material:
-    """Return a material of which the sources have one density."""
+    """Return a material for which the sources give a single density."""
     half = 0.5 * SPREAD * density_kg_m3
     return Material((density_kg_m3 - half, density_kg_m3 + half), repose_deg)
 

@@ -39,19 +39,19 @@ if TYPE_CHECKING:
         int,
     ]
 
-#: Fewest points of an object: a summit and its eight neighbours. Fewer show no shape.
+#: Fewest points of an object: a summit and its eight neighbours. Fewer define no shape.
 FEWEST_POINTS = 9
 
-#: A warning is given where more than this share of the cells above the ground is in no object.
+#: A warning is given if more than this share of the cells above the ground is in no object.
 LOOSE_SHARE = 0.25
 
 
 def find_objects(
     grid: HeightMap, ground: GroundLevel, settings: Settings, warn: Callable[[str], None]
 ) -> NDArray[np.int32]:
-    """Label the cells that stand above the ground, one label an object (fine filter).
+    """Label the cells that stand above the ground, one label per object (fine filter).
 
-    What is cut off here is not lost: the toe is found again around each object.
+    The toe that is cut off here is found again around each object.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def find_objects(
 
 
 def _of_points(labels: NDArray[np.int32], grid: HeightMap) -> NDArray[np.int32]:
-    """Return the labels without objects of too few points: triangles fill many cells."""
+    """Return the labels without objects of too few points, since one triangle fills many cells."""
     held = labels >= 0
     points = np.bincount(labels[held], weights=grid.counts.ravel()[held], minlength=1)
     return np.where(held & (points[labels] >= FEWEST_POINTS), labels, np.int32(-1))
@@ -97,12 +97,12 @@ def _in_company(cells: NDArray[np.float64], settings: Settings) -> NDArray[np.bo
 
 
 def _steps(grid: HeightMap, length_m: float | None) -> int:
-    """Return the cells that a length reaches across, at most the whole grid."""
+    """Return the number of cells that a length reaches across, at most the whole grid."""
     return math.ceil(min(given(length_m) / grid.cell_m, float(max(grid.heights_m.shape))))
 
 
 def _things(grid: HeightMap, stages: Stages) -> tuple[int, int]:
-    """Return the gap in cells within which cells are of one thing, and the fewest of a thing."""
+    """Return the largest gap within one object, in cells, and the fewest cells of an object."""
     return max(_steps(grid, stages.link_m) - 1, 0), stages.min_cluster_size
 
 
@@ -112,7 +112,7 @@ def _warn_of_dropped(
     settings: Settings,
     warn: Callable[[str], None],
 ) -> None:
-    """Say what part of that which stands above the ground is measured nowhere."""
+    """Warn about cells above the ground that are not measured."""
     dropped = labels[above] != 0 if settings.stages.select == "largest" else labels[above] < 0
     share = dropped.mean() if len(above) else 0.0
     if settings.stages.select == "largest" and share > 0.0:
@@ -127,18 +127,18 @@ def _warn_of_dropped(
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Objects as the kernel knows them, and what they stand on.
+    """Objects as the kernel returns them, and their bases.
 
     Attributes
     ----------
     base_m
         Shape of the grid: the base below each cell that was measured, NaN elsewhere.
     compared
-        Names of the bases whose volumes each object has.
+        Names of the bases for which each object has a volume.
     regions
-        The outlines by label; empty where objects were found.
+        The outlines by label; empty if objects were searched for.
     spread
-        How far an earlier scan differs from this one where nothing changed.
+        How far an earlier scan differs from this one over unchanged ground.
 
     """
 
@@ -158,7 +158,7 @@ def measure_objects(
 ) -> Measured:
     """Integrate each object above its base, its toe included.
 
-    Touching piles are parted; boxes end where the points on their flat top do.
+    Touching piles are split; boxes end where the points on their flat top end.
     """
     found = _native.measure_objects(
         grid.heights_m,
@@ -186,7 +186,7 @@ def measure_regions(
     bases: Bases,
     settings: Settings,
 ) -> Measured:
-    """Integrate what lies inside each outline, exactly to the line."""
+    """Integrate everything inside each outline, exactly to the line."""
     outline = name_of(settings.outline or "inside")
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
     hills = bases.ground.hills
@@ -210,7 +210,7 @@ def measure_regions(
 
 
 def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
-    """Return how objects are measured, as the kernels take it."""
+    """Return the settings for measuring objects, as the kernel takes them."""
     ground, toe_cells = bases.ground, _steps(grid, settings.stages.toe_m)
     level = (ground.height_m, ground.noise_m, ground.noise_m)
     lengths = toe_cells, settings.stages.ring_share, given(settings.margin_m)

@@ -1,4 +1,4 @@
-"""One pass over a survey: what a machine needs to add up its part, and what that part is."""
+"""One pass over a survey: what a machine needs to add up its part, and the result."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
     Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
 
-#: Voxels that are held at most: 45 bytes each, and 120 each while they are measured.
+#: Most voxels held: 45 bytes each, and 120 bytes each while they are measured.
 MOST_VOXELS = 2**22
 
 
 @dataclass(frozen=True)
 class Pass:
-    """All that is needed to read a part of a survey: what is wanted, and into which voxels.
+    """The data needed to read a part of a survey: filters, and the voxels to add to.
 
-    `metres` are those to the files' unit along x, y and z, `within` the corners of a crop. With
-    `skip_damaged`, stretches that cannot be read are left out, and counted.
+    `metres` is the number of metres per unit of the files along x, y and z; `within` holds the
+    corners of a crop. With `skip_damaged`, unreadable stretches are left out and counted.
     """
 
     origin_m: tuple[float, float, float]
@@ -43,17 +43,17 @@ class Pass:
     skip_damaged: bool = False
 
     def nothing(self) -> Part:
-        """Return what no stretch gives."""
+        """Return the part of no stretch."""
         voxels = Accumulator(self.voxel_m, origin_m=self.origin_m, most=MOST_VOXELS)
         return Part(voxels)
 
     def records_of(self, stretch: Stretch, part: Part) -> NDArray[np.uint8] | None:
-        """Read a stretch; None where that fails and may.
+        """Read a stretch; None if it is damaged and `skip_damaged` is set.
 
         Raises
         ------
         DivespotError
-            It fails and may not.
+            The stretch is damaged and `skip_damaged` is not set.
 
         """
         try:
@@ -72,7 +72,7 @@ class Pass:
 
     @property
     def classes(self) -> bytes:
-        """For each class 0 where it is wanted, 1 where it is noise, 2 where it is not wanted."""
+        """For each class 0 if it is wanted, 1 if it is noise, 2 if it is not wanted."""
         asked = self.wanted.classes
         if asked is None:
             return bytes(int(number in NOISE) for number in range(256))
@@ -81,10 +81,10 @@ class Pass:
 
 @dataclass(eq=False)
 class Part:
-    """What some stretches add up to.
+    """The sum of some stretches.
 
-    `counts` are points that are wanted, of those outside the crop, withheld, noise, unwanted.
-    `damaged` are files with points that cannot be read, how many, and what is wrong with them.
+    `counts` are numbers of points: wanted, outside the crop, withheld, noise, of other classes or
+    returns. `damaged` maps files with unreadable points to their number and the error.
     """
 
     voxels: Accumulator
@@ -93,7 +93,7 @@ class Part:
     damaged: dict[str, tuple[int, str]] = field(default_factory=dict)
 
     def take(self, counts: Sequence[int], classes: Sequence[int]) -> None:
-        """Count what was added."""
+        """Add the counts of a stretch."""
         self.counts += np.array(counts, np.int64)
         self.classes += np.array(classes, np.int64)
 
@@ -106,7 +106,7 @@ class Part:
             self._lose(path, *lost)
 
     def lose(self, stretch: Stretch, why: str) -> None:
-        """Count the points of a stretch that cannot be read."""
+        """Count the points of an unreadable stretch."""
         self._lose(stretch.path, stretch.count, why)
 
     def _lose(self, path: str, count: int, why: str) -> None:
@@ -114,16 +114,16 @@ class Part:
         self.damaged[path] = before + count, min(why, other)
 
     def lost(self) -> tuple[str, ...]:
-        """Return what is damaged, a sentence a file."""
+        """Return a sentence for each damaged file."""
         each = sorted(self.damaged.values(), key=lambda lost: lost[1])
         return tuple(f"{why}: {count} of its points were left out" for count, why in each)
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """How a survey is read: its stretches in whatever order, and what is known of it before.
+    """How a survey is read: its stretches in any order, and what was sampled before.
 
-    `left_out` are files that cannot be read, a sentence each.
+    `left_out` are files that cannot be read, one sentence each.
     """
 
     stretches: tuple[Stretch, ...]

@@ -1,4 +1,4 @@
-"""What outlines must not be: one over another, or in degrees."""
+"""Checks of outlines: that they do not overlap, and are not in degrees."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Two outlines are compared at so many places along each side of the box that both reach into. The
-#: share of the smaller one that both may cover: outlines of neighbours are drawn with some slack.
+#: Number of places, along each side of the box that two outlines share, at which they are compared;
+#: and the share of the smaller one that may overlap, since neighbours are drawn inexactly.
 LATTICE, SLACK = 40, 0.01
 
-#: Coordinates beyond this are not degrees.
+#: Coordinates above this cannot be degrees.
 FAR = 1000.0
 
 
 def first_overlap(
     regions: Sequence[Sequence[NDArray[np.float64]]],
 ) -> tuple[int, int] | None:
-    """Return the first two regions that share more than slack; None if there are none."""
+    """Return the first two regions that overlap by more than `SLACK`; None if there are none."""
     lows = np.array([np.concatenate(rings).min(axis=0) for rings in regions]).reshape(-1, 2)
     highs = np.array([np.concatenate(rings).max(axis=0) for rings in regions]).reshape(-1, 2)
     for i, j in sorted(_near(lows, highs)):
@@ -37,7 +37,7 @@ def first_overlap(
 
 
 def _near(lows: NDArray[np.float64], highs: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of boxes that overlap: in order of x, each with those that begin in it."""
+    """Yield the pairs of boxes that overlap, by a sweep in order of x."""
     order = np.argsort(lows[:, 0], kind="stable")
     ends = np.searchsorted(lows[order, 0], highs[order, 0])
     for at, (i, end) in enumerate(zip(order.tolist(), ends.tolist(), strict=True)):
@@ -61,7 +61,7 @@ def _overlap(
 
 
 def _area(rings: Sequence[NDArray[np.float64]]) -> float:
-    """Return the area of rings that run counter-clockwise around it and clockwise around holes."""
+    """Return the area of rings: outer ones counter-clockwise, holes clockwise."""
     total = 0.0
     for ring in rings:
         x, y = (ring - ring[0]).T
@@ -76,7 +76,7 @@ def are_degrees(corners: NDArray[np.float64], scan_at: NDArray[np.float64]) -> b
 
 
 def refuse_degrees(corners: NDArray[np.float64], scan_at: NDArray[np.float64]) -> None:
-    """Raise DivespotError where corners are longitudes and latitudes and the scan is projected."""
+    """Raise DivespotError if corners are longitudes and latitudes and the scan is projected."""
     if are_degrees(corners, scan_at):
         at = ", ".join(f"{v:.7g}" for v in corners[0, :2])
         scan = ", ".join(f"{v:.7g}" for v in scan_at[:2])

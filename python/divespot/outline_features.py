@@ -1,4 +1,4 @@
-"""What a file of outlines holds: GeoJSON; by pyogrio also GeoPackage, Shapefile, KML, DXF."""
+"""Reading files of outlines: GeoJSON; with pyogrio also GeoPackage, Shapefile, KML, DXF."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from divespot.io.files import bytes_of, require_regular
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: Largest file of outlines that is read.
+#: Largest file of outlines that is read, in bytes.
 LARGEST_BYTES = 256 << 20
 
-#: Endings of files that pyogrio reads.
+#: Endings of files that are read by pyogrio.
 GIS = (".gpkg", ".shp", ".kml", ".kmz", ".dxf", ".fgb", ".gml")
 
-#: Attributes that name an outline, and the one that says what lies in it.
+#: Attributes that may name an outline, and the one that names its material.
 NAMES, MATERIAL = ("name", "label", "title", "id", "layer"), "material"
 
 
@@ -33,7 +33,7 @@ _SEPARATORS = re.compile(r"[\s_]+")
 
 @dataclass(frozen=True)
 class Feature:
-    """A geometry as GeoJSON has it, whatever it is, and what its attributes say."""
+    """A geometry of any type as GeoJSON, with its name and material."""
 
     name: str | None
     material: str | None
@@ -42,7 +42,7 @@ class Feature:
 
 @dataclass(frozen=True)
 class Features:
-    """All features of a file, the reference system it states, and how many are no areas."""
+    """All features of a file, the reference system it states, and how many are not areas."""
 
     items: list[Feature]
     system: str | None = None
@@ -50,14 +50,14 @@ class Features:
 
 
 def read_features(outline: str | os.PathLike[str] | Mapping[str, Any]) -> Features:
-    """Read a file, or take the GeoJSON that it would hold.
+    """Read a file, or GeoJSON given as a dict.
 
     Raises
     ------
     DivespotError
-        It cannot be read, or holds nothing.
+        The file cannot be read, or holds no feature.
     OSError
-        There is none.
+        The file does not exist.
 
     """
     if isinstance(outline, Mapping):
@@ -87,7 +87,7 @@ def _in_json(parsed: Any) -> list[Feature]:  # noqa: ANN401 - any JSON value
 
 
 def _system(parsed: Any) -> str | None:  # noqa: ANN401
-    """Return the system that a file of the GeoJSON of 2008 names."""
+    """Return the system that a file of the older GeoJSON of 2008 names."""
     member = parsed.get("crs") if isinstance(parsed, Mapping) else None
     properties = member.get("properties") if isinstance(member, dict) else None
     name = properties.get("name") if isinstance(properties, dict) else None
@@ -126,7 +126,7 @@ def _by_pyogrio(path: str) -> Features:
             features = [item for layer in found for item in _of_layer(layer, shapely)]
     except (DivespotError, MemoryError):
         raise
-    # pyogrio lets through what GDAL and NumPy raise.
+    # pyogrio passes on exceptions of GDAL and NumPy.
     except Exception as error:  # noqa: BLE001
         raise DivespotError(f"no outlines can be read from it ({error})") from None
     areas = [item for item in features if item.geometry is not None]
@@ -139,7 +139,7 @@ def _by_pyogrio(path: str) -> Features:
 
 
 def _of_layer(layer: tuple[Any, ...], shapely: Any) -> Iterator[Feature]:  # noqa: ANN401 - optional
-    """Yield the features of a layer; the geometry of what is no area is None."""
+    """Yield the features of a layer; the geometry of those that are not areas is None."""
     meta, _, geometries, columns = layer
     if geometries is None:
         return
@@ -151,7 +151,7 @@ def _of_layer(layer: tuple[Any, ...], shapely: Any) -> Iterator[Feature]:  # noq
 
 
 def _area(shape: Any, shapely: Any) -> dict[str, Any] | None:  # noqa: ANN401
-    """Return a polygon, or what a closed line encloses, as GeoJSON; None of anything else."""
+    """Return a polygon, or the area inside a closed line, as GeoJSON; None for anything else."""
     if shape is None:
         return None
     if shape.geom_type == "LineString" and shape.is_closed and len(shape.coords) > 3:

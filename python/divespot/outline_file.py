@@ -1,4 +1,4 @@
-"""Outlines: what to measure inside of."""
+"""Outlines: areas to measure inside."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ if TYPE_CHECKING:
     from divespot.outline_features import Feature
     from divespot.settings import Settings
 
-#: The path of a file, or the GeoJSON that it would hold.
+#: The path of a file, or GeoJSON as a dict.
 Outlines: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 
-#: Largest angle between the ground's normal and the scan's z at which x and y are a plan of it.
+#: Largest angle between the ground's normal and the scan's z at which x and y are plan coordinates.
 PLAN_DEG = 45.0
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """An area to measure inside of.
+    """An area to measure inside.
 
     Attributes
     ----------
     name
-        What the file calls it; None where it does not.
+        Its name in the file; None if it has none.
     rings
-        Lines of shape ``(n, 2)`` in the level frame, not closed, those around the area
-        counter-clockwise, its holes clockwise; the largest line first.
+        Lines of shape ``(n, 2)`` in the level frame, not closed: outer lines counter-clockwise,
+        holes clockwise; the largest line first.
     material
-        What the file says lies in it.
+        Its material, if the file names one.
 
     """
 
@@ -57,7 +57,7 @@ class Region:
 def find_regions(
     settings: Settings, frame: Frame, crs: str | None, warn: Callable[[str], None]
 ) -> list[Region]:
-    """Return the areas to measure inside of: those of a file, or a rectangle.
+    """Return the areas to measure inside: those of a file, or a rectangle.
 
     Raises
     ------
@@ -82,16 +82,16 @@ def read_regions(
     crs: str | None = None,
     warn: Callable[[str], None] = lambda _: None,
 ) -> list[Region]:
-    """Read Polygons and MultiPolygons, one region a feature, from a file or GeoJSON as a dict.
+    """Read Polygons and MultiPolygons, one region per feature, from a file or GeoJSON as a dict.
 
-    x and y are those of the scan, in its unit, or of another reference system where the scan
-    states its own, `crs`. A third coordinate counts only where the scan's x and y are no plan of
+    x and y are in the scan's frame and unit, or in another reference system if the scan states its
+    own, `crs`. A third coordinate is used only if the scan's x and y are not plan coordinates of
     its ground; then it is needed.
 
     Raises
     ------
     DivespotError
-        The file cannot be read, holds no polygon or something else, or a line is not closed,
+        The file cannot be read, holds no polygon or other geometries, or a line is not closed,
         crosses itself or has no area.
 
     """
@@ -118,7 +118,7 @@ def read_regions(
 
 
 def name_of(outline: Outlines) -> str:
-    """Return what errors call an outline: its path, if it has one."""
+    """Return the name of outlines in errors: the path, if there is one."""
     return "outline" if isinstance(outline, Mapping) else os.fspath(outline)
 
 
@@ -170,7 +170,7 @@ def _ring(line: Any, placing: Placing, frame: Frame) -> NDArray[np.float64]:  # 
 
 
 def _positions(line: Any) -> NDArray[np.float64]:  # noqa: ANN401
-    """Return positions as they are: two or three finite numbers each."""
+    """Return positions unchanged: two or three finite numbers each."""
     rows = [row[:3] for row in line if isinstance(row, list)] if isinstance(line, list) else []
     numbers = [v for row in rows for v in row if type(v) in {int, float}]
     sizes = {len(row) for row in rows}
@@ -209,7 +209,7 @@ def _turned(ring: NDArray[np.float64], *, hole: bool) -> NDArray[np.float64]:
 
 
 def _refuse_crossing(ring: NDArray[np.float64], corners: NDArray[np.float64]) -> None:
-    """Refuse a line two of whose edges cross; edges may touch."""
+    """Refuse a line with edges that cross; edges may touch."""
     crossing = _native.first_crossing(ring)
     if crossing is not None:
         place = ", ".join(f"{v:.10g}" for v in corners[crossing])

@@ -1,4 +1,4 @@
-"""Outlines of another reference system in that of the scan."""
+"""Outlines in another reference system than the scan's."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: The system of GeoJSON that names none (RFC 7946): longitude and latitude of WGS 84.
+#: The system of GeoJSON that states none (RFC 7946): longitude and latitude of WGS 84.
 WGS84 = "OGC:CRS84"
 
 
 @dataclass(frozen=True, eq=False)
 class Placing:
-    """How corners come into the scan's own system.
+    """Conversion of corners to the scan's own system.
 
     Attributes
     ----------
     scan_at
-        Shape ``(3,)``: where the scan lies, in its own frame and unit.
+        Shape ``(3,)``: a position in the scan, in its own frame and unit.
     source, target
-        The outlines' system and the scan's, where they differ and both are known.
+        The outlines' system and the scan's, if they differ and both are known.
     by_default
-        The scan's system, where the outlines state none: degrees are those of WGS 84 then.
+        The scan's system, if the outlines state none: degrees are then WGS 84.
     warn
-        Takes what a user should know, more than once if need be.
+        Called with each warning, possibly more than once with the same.
 
     """
 
@@ -52,7 +52,7 @@ class Placing:
         scan_at: NDArray[np.float64],
         warn: Callable[[str], object],
     ) -> Placing:
-        """Compare what a file of outlines states with what the scan does."""
+        """Compare the system that a file of outlines states with the scan's."""
         if stated is None:
             return cls(scan_at, by_default=known_system(crs), warn=warn)
         if not crs or is_same_system(stated, crs):
@@ -71,7 +71,7 @@ class Placing:
         Raises
         ------
         DivespotError
-            They are degrees, and nothing tells where these lie in the scan.
+            The corners are degrees, and the scan's system is not known.
 
         """
         source, target = self.source, self.target

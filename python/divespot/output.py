@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and over nothing that is not divespot's own."""
+"""Files written whole or not at all, and never over files of other programs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from io import FileIO
 
-#: How files begin that divespot has written.
+#: Patterns at the beginning or end of files that divespot has written.
 REPORT = re.compile(rb'\s*\{.{0,2000}?"schema": "divespot\.', re.DOTALL)
 PICTURE = re.compile(
     rb"\x89PNG.{0,2000}?divespot|<\?xml.{0,2000}?divespot|%PDF-.*written by divespot\n\Z", re.DOTALL
@@ -33,16 +33,16 @@ GEOPACKAGE = re.compile(rb"SQLite format 3\0.{52}GPKG.*written by divespot", re.
 POSES = re.compile(rb"# written by divespot: time ")
 DEM = re.compile(rb"(II\*\0|MM\0\*).*written by divespot", re.DOTALL)
 TABLE = re.compile(rb"time,scan,scan_unit,")
-#: Much of a file's beginning and end is looked at.
+#: Number of bytes at a file's beginning and end that are examined.
 _HEAD_BYTES, _TAIL_BYTES = 32768, 4096
 
 
 @contextmanager
 def whole(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Open a file that takes its name only when all is written.
+    """Open a file that gets its name only once it is complete.
 
-    Until then it lies beside it under another name, so a full disk or a process that is killed
-    leaves what was there. A device or a pipe is written as it is.
+    Until then it has another name in the same folder, so that after a full disk or a killed process
+    the previous file is still there. A device or a pipe is written directly.
 
     Yields
     ------
@@ -51,7 +51,7 @@ def whole(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     Raises
     ------
     DivespotError
-        It cannot be written.
+        The file cannot be written.
 
     """
     try:
@@ -84,12 +84,12 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 
 
 def append_line(path: str | os.PathLike[str], line: str) -> None:
-    """Write a line to the end of a file, whole or not at all.
+    """Append a line to a file, whole or not at all.
 
     Raises
     ------
     DivespotError
-        It cannot be written.
+        The file cannot be written.
 
     """
     try:
@@ -105,7 +105,7 @@ def append_line(path: str | os.PathLike[str], line: str) -> None:
 
 
 def _line_end(file: FileIO, size: int) -> bytes:
-    """Return the line end that a process which was killed did not write."""
+    """Return the line end that is missing if an earlier process was killed."""
     if size == 0:
         return b""
     file.seek(size - 1)
@@ -115,7 +115,7 @@ def _line_end(file: FileIO, size: int) -> bytes:
 def require_own(
     path: str | os.PathLike[str], kind: re.Pattern[bytes], what: str, *, force: bool = False
 ) -> None:
-    """Raise DivespotError where a file is there that is not what divespot writes under `what`."""
+    """Raise DivespotError if the file exists and is not one that divespot writes as `what`."""
     try:
         if force or not Path(path).is_file():
             return
@@ -136,12 +136,10 @@ def require_own(
 def refuse_inputs(
     path: str | os.PathLike[str], what: str, inputs: Iterable[str | os.PathLike[str] | None]
 ) -> None:
-    """Raise DivespotError where the file to be written is one that is read."""
+    """Raise DivespotError if the file to be written is one of the inputs."""
     for source in inputs:
         if source is not None and _same(path, source):
-            raise DivespotError(
-                f"{path}: {what} would overwrite what is read: another name is needed"
-            )
+            raise DivespotError(f"{path}: {what} would overwrite an input: another name is needed")
 
 
 def _same(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
@@ -149,6 +147,6 @@ def _same(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
         return Path(one).samefile(other)
     except (OSError, ValueError):
         pass
-    with suppress(ValueError):  # what is no path is no input either
+    with suppress(ValueError):  # an invalid path is no input either
         return os.path.realpath(one) == os.path.realpath(other)
     return False

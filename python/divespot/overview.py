@@ -1,4 +1,4 @@
-"""What a scan is, before anything is measured: size, spacing, unit, system, classes, up, ground."""
+"""A scan before it is measured: size, spacing, unit, reference system, classes, up, ground."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 
 SCHEMA = "divespot.info/1"
 
-#: Points at random have this typical distance where there is one a square metre; a raster has 1.
+#: Typical distance between random points at a density of one per square metre; on a raster it is 1.
 RANDOM_M = 1.1
 
 
 @dataclass(frozen=True)
 class Level:
-    """The plane of the ground that the points show, and what says which side of it is up.
+    """The ground's plane, and the evidence for which side of it is up.
 
-    As `divespot.report.Ground`: the normal is up, `share` the part of the points that lie on it.
+    As in `divespot.report.Ground`: the normal points up; `share` is the part of the points on it.
     """
 
     normal: Position
@@ -50,25 +50,25 @@ class Level:
 
 @dataclass(frozen=True)
 class Info:
-    """What `divespot.info` tells of a scan.
+    """The result of `divespot.info`.
 
     Attributes
     ----------
     points
-        All of them; `looked_at` of these were read. The counts of points that are not finite or
-        all zero, spacing, density, classes and ground are those of the points that were read.
+        Number of all points, of which `looked_at` were read. The counts of points that are not
+        finite or all zero, spacing, density, classes and ground are for the points that were read.
     low, high
         Corners of the box around all points, in the scan's frame and unit.
     spacing_m
-        Typical distance between neighbours, and from it the points a square metre of surface.
+        Typical distance between neighbours, from which the points per square metre follow.
     classes
-        Of a LAS file: how many points of each class were read.
+        For a LAS file: how many points of each class were read.
     scale_factor
-        As of `divespot.Source`.
+        As in `divespot.Source`.
     sensor_m
-        Where the sensor stood, where that is known.
+        Position of the sensor, if known.
     ground
-        None where none is found; then `warnings` say why.
+        None if no ground is found; `warnings` then give the reason.
 
     """
 
@@ -94,22 +94,22 @@ class Info:
     warnings: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON has."""
+        """Return the fields as JSON values."""
         plain: dict[str, Any] = finite(dataclasses.asdict(self))
         return {"schema": SCHEMA, **plain}
 
 
 def info(path: str | os.PathLike[str], *, unit: str = "auto", up: str = "auto") -> Info:
-    """Look at a scan, in about a second whatever its size.
+    """Describe a scan, in about a second whatever its size.
 
-    Of a LAS or LAZ file of more than a million points, stretches are read that are spread over the
-    file; other files are read as a whole.
+    A LAS or LAZ file of more than a million points is sampled in stretches spread over the file;
+    other files are read in full.
 
     Parameters
     ----------
     path
     unit, up
-        As of `divespot.Settings`.
+        As in `divespot.Settings`.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def info(path: str | os.PathLike[str], *, unit: str = "auto", up: str = "auto") 
 def _level(
     cloud: Cloud, survey: Survey, settings: Settings
 ) -> tuple[Level | None, tuple[str, ...]]:
-    """Return the ground's plane, or why there is none."""
+    """Return the ground's plane, or the reason why none was found."""
     try:
         resolved = by_survey(settings, survey)
         flat = by_flatness(resolved, flatness(survey, resolved))

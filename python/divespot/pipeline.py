@@ -1,4 +1,4 @@
-"""The paper's method, a stage a line: a scan in, piles out."""
+"""The method, one stage per line: a scan in, piles out."""
 
 from __future__ import annotations
 
@@ -54,25 +54,23 @@ def measure(
     Parameters
     ----------
     source
-        The path of a scan (PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY, NPZ), a list of
-        paths that are one survey, or points of shape ``(n, 3)``, or ``(h, w, 3)`` for the pixels
-        of a frame, in metres; or an Open3D point cloud; or a `Scan`, as `divespot.frames.fuse`
-        gives. Points that are not finite or all zero are
-        dropped and counted.
+        The path of a scan (PLY, PCD, LAS, LAZ, E57, PTX, XYZ, CSV, TXT, NPY, NPZ); a list of
+        paths that are one survey; points of shape ``(n, 3)``, or ``(h, w, 3)`` for the pixels of a
+        frame, in metres; an Open3D point cloud; or a `Scan`, as `divespot.frames.fuse` returns.
+        Points that are not finite or all zero are dropped and counted.
     settings
-        What to do, as `Settings` or as a dict of some of them, such as those of a report; by
-        default `Settings()`, where every length follows from the scan.
+        `Settings`, or a dict of some of them, such as those of a report; by default
+        `Settings()`, where every length is derived from the scan.
     on_stage
         Called with the name of each stage as it begins.
     **changes
-        Single settings by name; they take the place of those in `settings`. `Settings` has the
-        list.
+        Single settings by name, which override those in `settings`. `Settings` has the list.
 
     Returns
     -------
     report
         The piles, largest first, with volumes and uncertainties. The same points give the same
-        report, bit for bit and times aside, in any order and at any number of threads.
+        report, bit for bit except for times, in any order and at any number of threads.
 
     Raises
     ------
@@ -102,7 +100,7 @@ def measure(
 
 
 def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
-    """Measure every pile in a scan that was read, and whose points are used up."""
+    """Measure every pile in a scan that was read; its points are overwritten."""
     cloud = run("crop", crop, cloud, s)
     scan, resolved = run("survey", take_survey, cloud.points, cloud.quantum_m, s)
     points, scan, s = run("thinning", even_out, cloud, scan, resolved, s)

@@ -1,4 +1,4 @@
-"""Cells of two surveys: within outlines, where a scan ends, slopes, how high points reach."""
+"""Maps for comparing two surveys: outlines, ends of a scan, slopes, highest points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from divespot.grid import HeightMap
 
-#: So many cells, or points apart, from where a scan ends its surface is of few points.
+#: Distance from the end of a scan, in cells or points, within which its surface has few points.
 UNSURE = 2.0
 
 
@@ -34,9 +34,9 @@ def numbered(
 
 
 def inner(off_m: NDArray[np.float64], grid: HeightMap) -> NDArray[np.bool_]:
-    """Return which cells lie away from where a scan ends.
+    """Return which cells are away from the end of a scan.
 
-    A cell without points is no end, that of the map is one.
+    A single cell without points is not an end of the scan; the edge of the map is.
     """
     seen = ~np.isnan(off_m)
     apart = math.sqrt(float(seen.sum()) / max(float(grid.counts[seen].sum()), 1.0))
@@ -47,7 +47,7 @@ def inner(off_m: NDArray[np.float64], grid: HeightMap) -> NDArray[np.bool_]:
 
 
 def _grown(cells: NDArray[np.bool_], steps: int) -> NDArray[np.bool_]:
-    """Return cells, and those within so many steps of them."""
+    """Return the given cells, and those within `steps` of them."""
     for _ in range(steps):
         around = np.pad(cells, 1)
         cells = around[:-2, 1:-1] | around[2:, 1:-1] | around[1:-1, :-2] | around[1:-1, 2:] | cells
@@ -57,7 +57,7 @@ def _grown(cells: NDArray[np.bool_], steps: int) -> NDArray[np.bool_]:
 def slopes_of(
     one_m: NDArray[np.float64], other_m: NDArray[np.float64], cell_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the slopes along x and y of what lies midway between two surfaces, 0 if unknown."""
+    """Return the slopes along x and y of the mean of two surfaces, 0 if unknown."""
     along_y, along_x = np.gradient((one_m + other_m) / 2.0, cell_m)
     return np.asarray(np.nan_to_num(along_x)), np.asarray(np.nan_to_num(along_y))
 

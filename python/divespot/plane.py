@@ -26,7 +26,7 @@ class Plane:
     Attributes
     ----------
     normal
-        Unit normal; of its two signs the one on the side of the axis asked for, else z >= 0.
+        Unit normal, on the side of the given axis; without an axis, z >= 0.
     offset_m
         Distance from the coordinates' origin along the normal.
     inliers
@@ -65,16 +65,16 @@ def fit_plane(  # noqa: PLR0913 - one keyword a setting of RANSAC
     threshold_m
         A point this near to the plane supports it.
     hypotheses
-        Planes through three random points that are tried at most; fewer where a plane has so
-        much support that a better one would have been met. They are scored by MSAC on 4,096
-        random points; the best is refitted to all points within the threshold until it settles.
+        Largest number of planes through three random points to try; fewer once a better plane is
+        unlikely. They are scored by MSAC on 4,096 random points; the best is refitted to all
+        points within the threshold until it converges.
     axis, max_tilt_deg
-        Where an axis is given, only planes are considered whose normal is within this angle of
-        it, and the normal points to its side.
+        If an axis is given, only planes are considered whose normal is within this angle of it,
+        and the normal points to its side.
     seed
         Seed of the random draws; the order of the points does not matter.
     threads
-        0 takes every core that the process may use.
+        Number of threads; 0: every core available to the process.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def cone(
 
 
 def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]:
-    """Return the rotation that takes `normal` onto +z by the shortest way (Rodrigues' formula).
+    """Return the rotation that turns `normal` onto +z by the smallest angle (Rodrigues' formula).
 
     Parameters
     ----------
@@ -130,9 +130,9 @@ def rotation_to_z(normal: Sequence[float]) -> NDArray[np.float64]:
     -------
     rotation
         Shape ``(3, 3)``: ``rotation @ normal`` lies along +z; for points as rows,
-        ``points @ rotation.T``. The paper's `T` is its transpose, and its formula names z as
-        the axis; the axis is the unit vector along ``normal x z``. A normal along -z has no
-        shortest way and is turned about x.
+        ``points @ rotation.T``. The paper's `T` is its transpose. The paper names z as the axis
+        of rotation, but the axis is the unit vector along ``normal x z``. A normal along -z has
+        no unique smallest rotation and is turned about x.
 
     Raises
     ------

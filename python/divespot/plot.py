@@ -1,4 +1,4 @@
-"""Pictures of a report: the plan, and the histogram that tells the ground."""
+"""Pictures of a report: the plan, and the height histogram with the ground."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 AREA = "#c98b3c"
 
-#: By ending of a picture: its format, and where it says that divespot drew it.
+#: For each ending of a picture: its format, and the metadata field that names divespot.
 FORMATS = {".png": "Software", ".svg": "Creator", ".pdf": "Creator"}
 
 DPI = 200
@@ -41,14 +41,14 @@ def figure(report: Report, *, truth_m3: float | None = None) -> Figure:
     report
         What `divespot.measure` returned.
     truth_m3
-        The true volume of all piles, where it is known, for the title.
+        The true volume of all piles, if known, for the title.
 
     Returns
     -------
     figure
-        Heights above the ground, hatched where nothing was seen, the outlines of piles with
-        their volumes, and those of other objects; in the scan's coordinates where its x and y are
-        a plan. Not known to pyplot: no window opens.
+        Heights above the ground, hatched where not seen, the outlines of piles with their
+        volumes, and those of other objects; in the scan's coordinates if its x and y are plan
+        coordinates. The figure is not registered with pyplot: no window opens.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def save_picture(
     Raises
     ------
     DivespotError
-        Another ending, matplotlib is not installed, or the file cannot be written.
+        The ending is unknown, matplotlib is not installed, or the file cannot be written.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def save_ground_picture(report: Report, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     DivespotError
-        As `save_picture` does.
+        As for `save_picture`.
 
     """
     require_kind("report", report, Report)
@@ -133,7 +133,7 @@ def _checked(report: Report, path: str | os.PathLike[str]) -> Any:  # noqa: ANN4
 
 
 def drawn_bytes(drawn: Figure, path: str | os.PathLike[str]) -> bytes:
-    """Return a figure in the format that the path's ending names."""
+    """Return a figure in the format of the path's ending."""
     ending = PurePath(path).suffix.lower()
     if ending not in FORMATS:
         raise DivespotError(f"{path}: a picture is one of {', '.join(FORMATS)}")

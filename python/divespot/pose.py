@@ -1,4 +1,4 @@
-"""Posture correction: the scan's frame, the level frame, and the way between (Algorithm 2)."""
+"""Posture correction: the level frame, and conversion from the scan's frame (Algorithm 2)."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """How the ground lies in the scan.
+    """The position and direction of the ground in the scan.
 
     A point p of the cloud is at ``rotation @ p - (0, 0, offset_m)`` in the level frame, where the
-    ground is z = 0 and up is +z. `tilt_deg` is the angle between z, or the given up, and the plane
-    that fits the ground, which in a projected coordinate system is not laid level.
+    ground is z = 0 and up is +z. `tilt_deg` is the angle between z, or the given up, and the normal
+    of the plane that fits the ground; in a projected system the ground is not turned level.
     """
 
     plane: Plane
@@ -47,12 +47,12 @@ class Pose:
         return self.laid_level(np.array(points, np.float64, order="C"), threads)
 
     def laid_level(self, points: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
-        """Return the same array with its points in the level frame."""
+        """Return the same array, with its points overwritten by those in the level frame."""
         _native.level(points, self.rotation.tolist(), self.plane.offset_m, threads)
         return points
 
     def restored(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return places of the level frame, shape ``(..., 3)``, in the cloud's frame."""
+        """Return positions of the level frame, shape ``(..., 3)``, in the cloud's frame."""
         raised = positions_m + np.array((0.0, 0.0, self.plane.offset_m))
         return np.stack([dot(raised, column) for column in self.rotation.T], axis=-1)
 
@@ -60,14 +60,14 @@ class Pose:
 def find_pose(
     points: NDArray[np.float64], survey: Survey, cloud: Cloud, settings: Settings
 ) -> Pose:
-    """Find the ground plane and the rotation that lays it level.
+    """Find the ground plane and the rotation that makes it level.
 
-    Which way is up follows from evidence (see `divespot.up`). In a projected coordinate system it
-    is z, and nothing is turned: a pit or a terrace would tilt a plane. Elsewhere the ground's own
-    plane is laid level; of several the one that has (nearly) nothing below it and on which
-    something slopes as bulk material does; see the core's ``ground`` module. The paper takes the
-    largest, which may be a wall. With ``base="height=H"`` inside an outline, or where only slopes
-    were seen, up is exactly the direction along which that height is measured.
+    Up is found from evidence (see `divespot.up`). In a projected coordinate system it is z, and
+    nothing is turned, since a pit or a terrace would tilt a plane. Elsewhere the ground's own
+    plane is made level; of several planes, the ground is the one that has (almost) nothing below
+    it and something on it that slopes as bulk material does; see the core's ``ground`` module. The
+    paper takes the largest plane, which may be a wall. With ``base="height=H"`` inside an outline,
+    or where only slopes were seen, up is exactly the direction in which that height is measured.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def find_pose(
         share = fitted.inliers / len(points)
         raise NoGroundError(
             f"which way is up cannot be told: only {share:.0%} of the points lie on one plane, "
-            "and nothing else tells (--up is needed, or a scan that shows the ground)"
+            "and there is no other evidence (--up is needed, or a scan that shows the ground)"
         )
     tilt_deg = angle_deg(fitted.normal, evidence.asked or Z)
     return Pose(plane, rotation, tilt_deg, up.source, up.conflicts(threshold_m))
@@ -113,10 +113,10 @@ FLAT_SHARE = 0.2
 def _upright(
     plane: Plane, points: NDArray[np.float64], evidence: Evidence, settings: Settings
 ) -> Plane:
-    """Return the plane across up through the middle of a plane's points, where up is exact.
+    """Return the plane perpendicular to up through the middle of a plane's points, if up is exact.
 
-    Up is exact in a projected system. It must be, too, where a volume is a prism between an
-    outline and a given height: the prism's sides run along the direction of that height.
+    Up is exact in a projected system. It must be so too where a volume is a prism between an
+    outline and a given height, since the prism's sides run in the direction of that height.
     """
     asked = evidence.asked
     steep = asked is not None and LEVEL_DEG < angle_deg(plane.normal, asked) <= STEEPEST_DEG
@@ -131,7 +131,7 @@ def _upright(
 
 
 def _as_it_is(points: NDArray[np.float64], up: Position, threshold_m: float) -> Pose:
-    """Return the pose of a scan that is taken as level, z = 0 at the middle one of its heights."""
+    """Return the pose of a scan that is already level, with z = 0 at its median height."""
     rotation = _native.rotation_to_z(up)
     heights = dot(points, rotation[2])
     offset = float(np.median(heights))

@@ -1,4 +1,4 @@
-"""The time of each stage, and what went on in it."""
+"""The time and the warnings of each stage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The metre of a map and the metre on the ground."""
+"""The scale of a map projection."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
     from divespot.io import Scan
 
-#: A scale that is off by more is corrected: lengths by more than 1 mm in 10 m.
+#: A larger deviation of the scale is corrected: 1 mm in 10 m.
 MOST_OFF = 1e-4
 
 
 def scale_of(scan: Scan, place_m: NDArray[np.float64]) -> tuple[float | None, tuple[str, ...]]:
-    """Return metres of the map to a metre on the ellipsoid there, and a line if that is corrected.
+    """Return metres of the map per metre on the ellipsoid, and a warning if it is corrected.
 
-    None where the projection is not known.
+    None if the projection is not known.
     """
     if not scan.crs:
         return None, ()
@@ -30,7 +30,7 @@ def scale_of(scan: Scan, place_m: NDArray[np.float64]) -> tuple[float | None, tu
         return None, _missing(scan)
     off = factor - 1.0
     told = (
-        f"the projection draws lengths {1e6 * off:+.0f} ppm off here: corrected, which changes "
+        f"the projection changes lengths by {1e6 * off:+.0f} ppm here: corrected, which changes "
         f"volumes by {100 * (factor**-2 - 1):+.3g} %"
     )
     return factor, (told,) if abs(off) > MOST_OFF else ()

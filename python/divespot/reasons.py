@@ -24,11 +24,11 @@ THIN: Final = "thin"
 TOO_LITTLE_SEEN: Final = "too little seen"
 NOT_CLEAR: Final = "not clear of the ground"
 
-#: A place that may be nothing.
+#: The difference of a place may be zero.
 NOT_DETECTED: Final = "below the level of detection"
 
-#: Something stands in both surveys, and the surface of one of them ran over it.
+#: Something stands in both surveys, but only the surface of one survey runs over it.
 IN_BOTH: Final = "stands in both surveys"
 
-#: All that differs lies where a scan ends.
+#: The difference of a place is only at the end of a scan.
 AT_EDGE: Final = "at the edge of what was seen"

@@ -1,4 +1,4 @@
-"""The same scan measured again a little otherwise: whether a volume hangs on what means nothing."""
+"""Repeated measurements: how much a volume depends on irrelevant details of the scan."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
     Measure = Callable[[Cloud, Settings, Progress], Report]
 
-#: A volume that changes by more than this share of its u95 is not stable.
+#: A volume that changes by more than this share of its u95 is reported as not stable.
 STABLE = 1.0 / 3.0
 
-#: Coordinates are rounded to this share of the points' own scatter, far below what it tells.
+#: Rounding step, as a share of the points' roughness, far below the information in a coordinate.
 ROUNDED = 0.1
 
-#: So many of the points are left out.
+#: Share of the points that is left out.
 LEFT_OUT = 0.01
 
 
 def measure_again(measure: Measure, cloud: Cloud, settings: Settings, run: Progress) -> Report:
-    """Measure a scan, and again a little otherwise, and tell how much each volume changes."""
+    """Measure a scan and variants of it, and add how much each volume changes."""
     report = measure(cloud.copied(), settings, run)
     changes: dict[int, dict[str, float]] = {pile.id: {} for pile in report.piles}
     for what, other, chosen in _variants(cloud, settings):
@@ -45,7 +45,7 @@ def measure_again(measure: Measure, cloud: Cloud, settings: Settings, run: Progr
 
 
 def _variants(cloud: Cloud, settings: Settings) -> Iterator[tuple[str, Cloud, Settings]]:
-    """Yield what is done to a scan that should mean nothing, and the scan and settings after it."""
+    """Yield irrelevant changes of a scan: a name, and the changed scan and settings."""
     points = cloud.points
     rng = np.random.default_rng(settings.seed)
     step_m = ROUNDED * survey(points, seed=settings.seed, threads=settings.threads).roughness_m
@@ -67,7 +67,7 @@ def _piles(measure: Measure, cloud: Cloud, settings: Settings) -> tuple[Pile, ..
 
 
 def _volume_m3(pile: Pile, found: tuple[Pile, ...]) -> float:
-    """Return the volume of the pile that lies where this one does, among others; 0 without one."""
+    """Return the volume of the pile at the position of the given one; 0 if there is none."""
     if pile.name is not None:
         return sum(other.volume_m3 for other in found if other.name == pile.name)
     near = min(found, key=lambda other: _apart(pile, other), default=None)

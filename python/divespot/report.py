@@ -1,4 +1,4 @@
-"""What a measurement found: the report and its JSON (schema ``divespot.report/1``)."""
+"""The result of a measurement: the report and its JSON (schema ``divespot.report/1``)."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 SCHEMA = "divespot.report/1"
 
-#: Coverage factor: an expanded uncertainty of 95 % is so many standard uncertainties (GUM 6.3.3).
+#: Coverage factor: an expanded uncertainty of 95 % is 2 standard uncertainties (GUM 6.3.3).
 COVERAGE = 2.0
 
-#: Most blanks by which JSON is indented.
+#: Widest indent of JSON, in blanks.
 MOST_INDENT = 100
 
 
@@ -43,50 +43,51 @@ class Pile:
     Attributes
     ----------
     id
-        Number in the report, from 1, the largest first.
+        Number in the report, starting at 1 with the largest.
     volume_m3
         `cut_m3` less `fill_m3`: negative for a hole.
     u95_m3
-        Expanded uncertainty of the volume: the truth is to lie within it in 95 of 100 cases.
-        Twice the standard uncertainty that `budget` adds up to.
+        Expanded uncertainty of the volume: the true volume should lie within it in 95 of 100
+        cases. Twice the standard uncertainty to which `budget` adds up.
     cut_m3
         Volume above the base.
     fill_m3
         Volume missing below the base, as a positive number.
     footprint_m2
-        Area that the object covers, in plan.
+        Area that the object covers in plan.
     max_height_m
         Height of its highest cell above the base.
     centroid_m
-        Centre of its volume.
+        Centre of volume.
     outline_m
-        Corners of its outline at the base, counter-clockwise from above, the first not repeated.
+        Corners of the outline at the base, counter-clockwise from above, the first not repeated.
     seen_fraction
-        Share of its footprint's cells that the scan saw; the others were filled.
+        Share of the footprint's cells that were seen; the others were filled.
     touches_edge
-        Whether it runs out of the scan: what lies beyond is not counted.
+        Whether the object runs out of the scan: the part beyond is not counted.
     leans_on_wall
-        Whether walls hold it back, which are no part of it.
+        Whether the object leans on walls, which are not part of it.
     mass_kg
         Volume times bulk density; null without a density.
     u95_mass_kg
-        Expanded uncertainty of the mass, that of the density in it.
+        Expanded uncertainty of the mass, including that of the density.
     base
-        What the base rests on: the ring of ground around the pile (``ring``), the scene's ground
-        where that says nothing (``ground``), or the base that was asked for.
+        Data that support the base: the annulus of ground around the pile (``ring``), its level
+        with the tilt of the scene's ground (``ring level``), the scene's ground (``ground``), or
+        the base that was asked for.
     budget
-        What the uncertainty consists of.
+        Uncertainty budget: the terms of the uncertainty.
     volume_by_base_m3
-        Volumes above the bases that were compared; null where none were.
+        Volumes above the bases that were compared; null if none were.
     repeat_m3
-        Largest change of the volume when the scan was measured again, a little otherwise; null
-        where it was not.
+        Largest change of the volume in repeated measurements of slightly changed scans; null if
+        there were none.
     name
-        Name of the outline, where one was given.
+        Name of the outline, if one was given.
     material
-        Material that the outline names, or else the one that was asked for.
+        Material that the outline names, otherwise the one that was asked for.
     reason
-        Why the object is no pile; other objects alone have it.
+        Why the object is not a pile; only for other objects.
 
     """
 
@@ -115,14 +116,14 @@ class Pile:
 
 @dataclass(frozen=True)
 class Total:
-    """All piles together; what their errors have in common adds up linearly.
+    """All piles together; errors common to all piles add linearly.
 
     Attributes
     ----------
     volume_m3
         Sum of the piles' volumes.
     u95_m3
-        Expanded uncertainty of that sum.
+        Expanded uncertainty of the total volume.
     mass_kg
         Volume times bulk density; null without a density.
     u95_mass_kg
@@ -137,7 +138,7 @@ class Total:
 
     @classmethod
     def of(cls, piles: tuple[Pile, ...], settings: Settings) -> Total:
-        """Add up piles: what may be off to the same side in all adds up, the rest in squares."""
+        """Add up piles: terms common to all piles linearly, the others in squares."""
         common = [sum(getattr(pile.budget, term) for pile in piles) for term in COMMON]
         own = dict.fromkeys(COMMON, 0.0)
         rest = (dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles)
@@ -153,9 +154,9 @@ class Ground:
     Attributes
     ----------
     normal
-        Unit vector across the plane; it points up.
+        Unit normal of the plane, pointing up.
     offset_m
-        Distance of the plane from the scan's origin along the normal.
+        Signed distance of the plane from the scan's origin along the normal.
     tilt_deg
         Angle between z, or the given up, and the normal of the plane that fits the ground.
     roughness_m
@@ -163,10 +164,10 @@ class Ground:
     inlier_fraction
         Share of the points within the threshold of the plane.
     up_from
-        What said which way is up: ``given``; ``sensor``, which cannot see a floor from below;
-        ``coordinate system``, a projected one, where z is up and nothing is turned; ``small
-        tilt``, a floor that lies all but level in the scan's own frame; ``nothing below``, the
-        side of the ground on which the scan lies.
+        Evidence for which way is up: ``given``; ``sensor``, which cannot see a floor from below;
+        ``coordinate system``: a projected one, where z is up and nothing is turned; ``small
+        tilt``: a floor that is almost level in the scan's own frame; ``nothing below``: the side
+        of the ground on which the scan lies.
 
     """
 
@@ -180,7 +181,7 @@ class Ground:
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """The result of `divespot.measure`, without its ways out (see `divespot.doors`).
+    """The result of `divespot.measure`, data only (`divespot.doors` adds the methods).
 
     Attributes
     ----------
@@ -189,19 +190,19 @@ class Report:
     piles
         The piles, largest first.
     other_objects
-        What stands, hangs or was dug out and is no pile, largest first, each with its reason.
+        Objects and holes that are not piles, largest first, each with the reason.
     total
         All piles together.
     ground
         The plane of the ground.
     settings
-        The settings in force, with the lengths that followed from the scan.
+        The settings used, including the lengths derived from the scan.
     timings_s
-        Seconds that each stage took, in the order of the stages.
+        Seconds per stage, in the order of the stages.
     warnings
-        What a user should know before trusting the numbers, a sentence each.
+        What a user should know before trusting the numbers, one sentence each.
     scene
-        The levelled scene, for pictures; not in the JSON, so None in a report from there.
+        The levelled scene, for pictures; not in the JSON, so None in a report read from it.
 
     """
 
@@ -222,7 +223,7 @@ class Report:
         Raises
         ------
         DivespotError
-            The report is from JSON, which holds none.
+            The report was read from JSON, which has no scene.
 
         """
         if self.scene is None:
@@ -233,7 +234,7 @@ class Report:
 
     @property
     def inputs(self) -> tuple[str | None, ...]:
-        """Paths of all that was read: no output may take their place."""
+        """Paths of all inputs, which no output may overwrite."""
         base = BaseName.parse(self.settings.base)
         earlier = base.path if base is not None and base.path else None
         outline = self.settings.outline
@@ -242,7 +243,7 @@ class Report:
 
     @property
     def status(self) -> Status:
-        """What became of the scan, in a word: ``measured``, or ``no_pile`` where none was found."""
+        """Outcome of the scan: ``measured``, or ``no_pile`` if none was found."""
         return "measured" if self.piles else "no_pile"
 
     @property
@@ -251,7 +252,7 @@ class Report:
         return self.settings.seed
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the report as the JSON contract has it."""
+        """Return the report as a dict for JSON, following the schema."""
         piles = [_without_reason(pile) for pile in self.piles]
         return {
             "schema": SCHEMA,
@@ -271,7 +272,7 @@ class Report:
     def to_json(self, *, indent: int | None = 1) -> str:
         """Return the report as one JSON object, on one line if `indent` is None.
 
-        What is not a number is null.
+        Numbers that are not finite become null.
         """
         if indent is not None:
             whole("indent", indent, MOST_INDENT)
@@ -283,7 +284,7 @@ def _without_reason(pile: Pile) -> dict[str, Any]:
 
 
 def finite(value: Any) -> Any:  # noqa: ANN401 - any JSON value
-    """Return a JSON value with null for what is not a number."""
+    """Return a JSON value with null in place of numbers that are not finite."""
     if isinstance(value, dict):
         return {name: finite(item) for name, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,17 +1,17 @@
-"""What rounded coordinates add to the uncertainty of a volume.
+"""The uncertainty of a volume due to rounded coordinates.
 
-A coordinate in steps of q is off by up to q / 2 either way, q / sqrt(12) in standard deviation.
-What that does to a volume depends on whether the errors of many points are independent:
+A coordinate rounded to steps of q is off by at most q / 2, standard deviation q / sqrt(12).
+The effect on a volume depends on whether the errors of many points are independent:
 
-- Along up, points of a level floor all round to the same side, unless noise deals them out over the
-  steps (dither). Noise of standard deviation s leaves exp(-2 pi² s² / q²) of the common error
-  (Widrow and Kollár 2008, *Quantization Noise*, section 4.1), a floor that rises by d across the
-  pile no more than q / (pi d) of it, as of any wave that is averaged over d.
-- What is dealt out is independent from point to point.
-- In plan, points move along the surface: by its slope that is an error in height, independent from
-  point to point, since a flank runs over many steps. What is left where the flank ends is, for both
-  sides of a pile on an area A, no more than mean height · q² / (2 sqrt(6)): each side is moved by
-  q / sqrt(12), as above less by q / (pi R) on a flank of length R = sqrt(A / pi).
+- Along up, all points of a level floor are rounded to the same side, unless noise spreads them over
+  several steps (dither). Noise of standard deviation s leaves exp(-2 pi² s² / q²) of the common
+  error (Widrow and Kollár 2008, *Quantization Noise*, section 4.1). A floor that rises by d across
+  the pile leaves at most q / (pi d) of it, as for any wave averaged over d.
+- The rest of the error is independent from point to point.
+- In plan, points are shifted along the surface, which times its slope is an error in height,
+  independent from point to point, since a flank covers many steps. What is left at the ends of the
+  flanks, for both sides of a pile of area A, is at most mean height · q² / (2 sqrt(6)): each side
+  is shifted by q / sqrt(12), reduced as above by q / (pi R) on a flank of length R = sqrt(A / pi).
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ if TYPE_CHECKING:
     from divespot.pose import Pose
     from divespot.spacing import Survey
 
-#: Standard deviation of what is rounded to whole numbers.
+#: Standard deviation of the error of rounding to integers.
 ROUNDED = 1.0 / math.sqrt(12.0)
 
 
 @dataclass(frozen=True)
 class Rounding:
-    """Steps of the coordinates, and what tells how far their errors average out.
+    """Rounding steps of the coordinates, and the data that decide how far their errors average out.
 
     Attributes
     ----------
     steps_m
-        Steps along the axes of the scan, 0 where none is seen.
+        Steps along the axes of the scan, 0 if there is no rounding.
     up
         The unit vector up in the scan.
     spacing_m
-        Distance between points.
+        Point spacing.
     roughness_m
-        Distance of a point from the surface around it, rounding included.
+        Typical distance of a point from the surface around it, rounding included.
 
     """
 
@@ -54,12 +54,12 @@ class Rounding:
 
     @classmethod
     def of(cls, cloud: Cloud, pose: Pose, scan: Survey) -> Rounding:
-        """Return how the points of a scan are rounded."""
+        """Return the rounding of a scan's points."""
         x, y, z = pose.rotation[2].tolist()
         return cls(cloud.quantum_m, (x, y, z), scan.spacing_m, scan.roughness_m)
 
     def u_m3(self, raw: RawObject) -> float:
-        """Return the standard uncertainty of an object's volume by the rounding."""
+        """Return the standard uncertainty of an object's volume due to rounding."""
         return math.hypot(*(self._along(axis, raw) for axis in range(3)))
 
     def _along(self, axis: int, raw: RawObject) -> float:
@@ -78,7 +78,7 @@ class Rounding:
         return math.hypot(common_m * area_m2, own_m * self.spacing_m * math.sqrt(area_m2), ends_m3)
 
     def _left(self, step_m: float) -> float:
-        """Return the share of the error of steps along up that noise leaves."""
+        """Return the share of the common rounding error along up that noise leaves."""
         if step_m == 0.0:
             return 0.0
         noise_m2 = self.roughness_m**2 - (ROUNDED * step_m) ** 2
@@ -86,5 +86,5 @@ class Rounding:
 
 
 def _averaged(step_m: float, over_m: float) -> float:
-    """Return the share of a wave of length `step_m` that is left of its mean over a distance."""
+    """Return the share of a wave of length `step_m` left in its mean over a distance."""
     return min(step_m / (math.pi * over_m), 1.0) if over_m > 0.0 else 1.0

@@ -1,4 +1,4 @@
-"""A file of the base in force, for later scans."""
+"""Saving the base of a scan, for later scans."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from divespot.report import Report
 if TYPE_CHECKING:
     import os
 
-#: Endings of files that keep every digit of a base.
+#: Endings of formats that keep all digits of a base.
 SAVED = (".ply", ".npy", ".xyz")
 
 
 def save_base(report: Report, path: str | os.PathLike[str]) -> None:
-    """Write the base in force, for ``base="surface=..."`` of later scans.
+    """Write the base that was used, for ``base="surface=..."`` of later scans.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def save_base(report: Report, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     DivespotError
-        Another ending, or the file cannot be written.
+        The ending is unknown, or the file cannot be written.
 
     Examples
     --------

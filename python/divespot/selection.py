@@ -1,4 +1,4 @@
-"""Some rows of a cloud."""
+"""Selecting rows of a cloud."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Rows that are copied in one go, in less than a tenth of a second: Ctrl-C is heard in between.
+#: Rows copied at a time, in less than a tenth of a second, so that Ctrl-C can interrupt.
 BLOCK = 100_000
 
 
 def rows_of(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the rows for which the mask is true."""
+    """Return the rows where the mask is true."""
     return _moved_up(points, mask, np.empty((np.count_nonzero(mask), points.shape[1])))
 
 
 def only_rows(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the same array with the rows alone for which the mask is true."""
+    """Return the rows where the mask is true, moved to the start of the same array."""
     return _moved_up(points, mask, points)
 
 

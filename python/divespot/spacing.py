@@ -1,4 +1,4 @@
-"""Spacing, roughness and normals of a cloud, from which all lengths follow."""
+"""Point spacing, roughness and normals of a cloud, from which all lengths are derived."""
 
 from __future__ import annotations
 
@@ -23,18 +23,17 @@ class Survey:
         Typical distance between neighbouring points: the step of a square grid, about
         1.1 / sqrt(points per square metre) on a random surface, twice the step of a line.
     regular
-        Whether that is the step of a regular raster: the same nearly everywhere.
+        Whether the points are a regular raster, with the same spacing nearly everywhere.
     roughness_m
         Typical distance of a point from the plane through its sixteen nearest neighbours.
     at_m
         Shape ``(k, 3)``: some of the points, at most 2,000.
     normals
-        Shape ``(k, 3)``: unit normals of the surface there; their signs mean nothing.
+        Shape ``(k, 3)``: unit normals of the surface there, of arbitrary sign.
     sparse_m
-        The same as `spacing_m` where points are few: three quarters of the surface are as dense
-        at least.
+        Point spacing of the sparse part: three quarters of the surface are at least as dense.
     positions
-        Distinct positions; as many as points where none of those looked at are shared.
+        Number of distinct positions; that of the points if no sampled point has a duplicate.
 
     """
 
@@ -48,16 +47,16 @@ class Survey:
 
 
 def survey(points: ArrayLike, *, seed: int = 0, threads: int = 0) -> Survey:
-    """Survey the neighbourhoods of about 2,000 of the points.
+    """Sample the neighbourhoods of about 2,000 of the points.
 
     Parameters
     ----------
     points
         Shape ``(n, 3)``, in metres. Duplicates count as one position.
     seed
-        Decides which points are looked at; their order does not.
+        Seed of the sample of points; their order has no influence.
     threads
-        0 takes every core that the process may use.
+        Number of threads; 0: every core available to the process.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Strays in clouds of few points, where each would be a corner of the triangulated surface."""
+"""Outliers in clouds of few points, where each would be a corner of the triangulated surface."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 def drop_strays(
     points: NDArray[np.float64], found: Survey, cloud: Cloud, settings: Settings
 ) -> tuple[NDArray[np.float64], Survey, Settings]:
-    """Drop points off the surface where points are few, and survey what is left.
+    """Drop points off the surface if points are few, and survey the rest.
 
-    A mean over a cell hardly feels a stray, a triangle between few points does. After thinning by
-    voxels, half of the points may be strays: each of them is left, while of the surface hundreds
-    of points became one. The ground is first found roughly among all points, then its thickness
-    among those that are left.
+    A mean over a cell hardly changes with an outlier; a triangle between few points does. After
+    voxel downsampling, half of the points may be outliers: each of them remains, while hundreds of
+    points of the surface became one. The ground is first found roughly among all points, then its
+    thickness among the remaining ones.
     """
     if settings.stages.surface == "cells":
         return points, found, settings

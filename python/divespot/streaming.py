@@ -1,4 +1,4 @@
-"""Scans too large to be held: read in one pass, of which the means of voxels are kept."""
+"""Scans too large for memory: read in one pass, keeping only the means of voxels."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from divespot.one_pass import Corners, Part
     from divespot.settings import Settings
 
-#: Voxels that are aimed at. With edges twice as long, a quarter as many hold something. To measure
-#: them takes seconds, a fraction of what it takes to decode the fewest points that are streamed.
+#: Number of voxels aimed at. With edges twice as long, a quarter as many are occupied. Measuring
+#: them takes seconds, a fraction of the time to decode the smallest scans that are streamed.
 AIMED_VOXELS = 2**20
 
-#: Stretches of a survey from which the spacing follows, and points that are surveyed of each.
+#: Number of stretches of a survey that give the spacing, and number of points of each.
 STRETCHES = 40
 
 
@@ -57,14 +57,14 @@ def streamed(source: Any, settings: Settings) -> Scan:  # noqa: ANN401 - as abov
 
 
 def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = False) -> Plan:
-    """Look at a survey: where its points are, and which voxels suit them.
+    """Sample a survey: where its points are, and the voxels that suit them.
 
-    With `skip_damaged`, files that cannot be read are left out, and told of.
+    With `skip_damaged`, unreadable files are left out and reported.
 
     Raises
     ------
     DivespotError
-        As `streamed`.
+        As for `streamed`.
 
     """
     spread = max(1, STRETCHES // len(paths))
@@ -87,7 +87,7 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
 def _found(
     path: str, spread: int, settings: Settings, *, skip_damaged: bool
 ) -> tuple[Scan, list[Stretch]] | str:
-    """Return a look at a file, and its stretches; what is wrong with it where that may be."""
+    """Return a sample of a file and its stretches; or its error, with `skip_damaged`."""
     try:
         parts = stretches_of(path, in_plan(settings))
         return stretches(path, spread, unit=settings.unit, crs=settings.crs), parts
@@ -116,9 +116,9 @@ def _voxels(
     points: int,
     settings: Settings,
 ) -> tuple[tuple[float, float, float], float]:
-    """Return a corner of a voxel, and the edge of those that are begun with.
+    """Return a corner of a voxel, and the initial edge.
 
-    It is the distance between points; larger where that is more voxels than are aimed at.
+    The edge is the point spacing, or longer if that would give more voxels than are aimed at.
     """
     seen = sample[np.isfinite(sample).all(axis=1)]
     share = 1.0
@@ -134,12 +134,12 @@ def _voxels(
 
 
 def read(plan: Plan, threads: int) -> Part:
-    """Read all stretches on this machine; decoding, reading and adding overlap.
+    """Read all stretches on this machine; reading, decoding and adding run concurrently.
 
     Raises
     ------
     DivespotError
-        As `streamed`.
+        As for `streamed`.
 
     """
     part, adding = plan.way.nothing(), Lock()
@@ -162,12 +162,12 @@ def _read_one(way: Pass, part: Part, adding: Lock, stretch: Stretch) -> None:
 
 
 def scan_of(plan: Plan, part: Part) -> Scan:
-    """Return what a survey adds up to as a scan.
+    """Return the sums of a survey as a scan.
 
     Raises
     ------
     NothingSeenError
-        None of its points is wanted.
+        No point is left after the filters.
 
     """
     kept, outside, withheld, noise, unwanted = part.counts.tolist()
@@ -195,9 +195,9 @@ def scan_of(plan: Plan, part: Part) -> Scan:
 
 
 def _without_no_data(held: Held, metres: float) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the means of voxels without those at a height that means no data, and what to say."""
+    """Return the means of voxels without those at a no-data height, and a warning."""
     in_file = held.means.copy()
-    # Sums of whole parts of an edge are off by micrometres.
+    # Sums in integer fractions of an edge are off by micrometres.
     in_file[:, 2] = np.round(in_file[:, 2] / metres, 4)
     seen, told = without_no_data(in_file)
     if not told:

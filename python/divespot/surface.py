@@ -1,4 +1,4 @@
-"""The one surface: what the ground and the material on it show to the sky."""
+"""The surface: the ground and the material on it, seen from above."""
 
 from __future__ import annotations
 
@@ -22,37 +22,37 @@ if TYPE_CHECKING:
     Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
 
 NO_GROUND = (
-    "no ground is in view, only slopes or what stands on something: a scan that shows the ground "
-    "around the piles is needed, or a base (height=H or surface=FILE)"
+    "no ground is in view, only slopes or objects on it: a scan that shows the ground around the "
+    "piles is needed, or a base (height=H or surface=FILE)"
 )
 
-#: Edge, in point spacings, of the cells that the walk goes over: each holds some points.
+#: Edge, in point spacings, of the cells of the walk: each holds several points.
 WALKED = 2.0
 
-#: Where a floor is given and the walk reaches less than this share of the scene in plan, as between
-#: balls or stones wider than a cell, the scene cannot be walked: every point counts.
+#: If a floor is given and the walk reaches less than this share of the scene in plan, as between
+#: balls or stones wider than a cell, the scene cannot be walked, and all points are used.
 WALKABLE = 0.6
 
 #: A cluster of which the walk reached less than this share is apart from the ground.
 MUCH = 0.1
 
-#: Edge, in point spacings, of the voxels whose means are clustered: a fraction of the points, which
-#: on a plane still have neighbours on all sides.
+#: Edge, in point spacings, of the voxels whose means are clustered: they are a fraction of the
+#: points, but on a plane still have neighbours on all sides.
 THINNED = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Levelled points, and where they belong.
+    """Levelled points, and whether they are on the surface.
 
     Attributes
     ----------
     points
         Shape ``(n, 3)``.
     is_on
-        Shape ``(n,)``: whether a point lies on the surface.
+        Shape ``(n,)``: whether a point is on the surface.
     is_apart
-        Shape ``(n,)``: whether it belongs to a cluster apart from the ground's.
+        Shape ``(n,)``: whether it is in a cluster apart from the ground's.
 
     """
 
@@ -62,10 +62,10 @@ class Surface:
 
 
 def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) -> Surface:
-    """Walk the surface from the ground; what cannot be reached so stands, hangs or flies.
+    """Walk the surface from the ground; points it cannot reach belong to other objects.
 
-    With a floor or an outline that was given, the ground need not be in view.
-    The paper takes every point for the surface.
+    With a given floor or an outline, the ground need not be in view. With the paper's settings,
+    all points are on the surface.
 
     Raises
     ------
@@ -98,11 +98,11 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
 def _apart(
     is_on: NDArray[np.bool_], voxels: Voxels, labels: NDArray[np.int32]
 ) -> NDArray[np.bool_]:
-    """Return which points are of clusters apart from the ground's (Algorithm 1, line 18).
+    """Return which points are in clusters apart from the ground's (Algorithm 1, line 18).
 
-    The ground's are the clusters that hold much of what the walk reached, or of which it reached
-    much: of a hovering body it took a few points along at most, where that comes near the surface.
-    What is noise is left to the walk.
+    The ground's clusters are those that hold much of the points that the walk reached, or of which
+    it reached much; of a hovering body it reaches at most a few points that are near the surface.
+    Points labelled as noise are left to the walk.
     """
     thin, counts, voxel = voxels
     cluster = labels + 1
@@ -114,7 +114,7 @@ def _apart(
 
 
 def _cells(points: NDArray[np.float64], cell_m: float) -> int:
-    """Return the number of cells in plan that points lie in."""
+    """Return the number of occupied cells in plan."""
     if not len(points):
         return 0
     cells = np.floor(points[:, :2] / cell_m)
@@ -123,7 +123,7 @@ def _cells(points: NDArray[np.float64], cell_m: float) -> int:
 
 
 def map_heights(surface: Surface, settings: Settings) -> HeightMap:
-    """Average the surface's points over the cells of a grid that lies over all of them."""
+    """Average the surface's points over the cells of a grid that covers all points."""
     cell_m, triangulated = given(settings.cell_m), settings.stages.surface == "triangles"
     raw = _native.height_map(
         surface.points, cell_m, triangulated, surface.is_on, settings.threads, own=True

@@ -1,4 +1,4 @@
-"""The survey of a scan, and uneven scans thinned before it."""
+"""The survey of a scan, and thinning of scans of uneven density."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from divespot.intake import Cloud
     from divespot.settings import Settings
 
-#: Density is uneven where a quarter of the surface or more is sparser than what is typical by this
-#: factor. At random places, distances to a fourth neighbour scatter by a third.
+#: Density is uneven if a quarter of the surface or more is sparser than the typical spacing by this
+#: factor. For random points, distances to the fourth neighbour vary by a third.
 UNEVEN = 2.5
 
 #: Edge of the voxels to which such a scan is thinned, in spacings of its sparse part.
@@ -28,9 +28,9 @@ THINNED = 1.0
 def take_survey(
     points: NDArray[np.float64], steps_m: tuple[float, float, float], settings: Settings
 ) -> tuple[Survey, Settings]:
-    """Survey a cloud, and return the lengths that follow with it.
+    """Survey a cloud, and return the result with the lengths derived from it.
 
-    Points whose x or y are rounded to `steps_m` are no denser than these steps.
+    The spacing is at least the step to which x or y are rounded.
     """
     found = Survey(*_native.survey(points, settings.seed, settings.threads, own=True))
     apart_m = max(*steps_m[:2], found.spacing_m)
@@ -41,10 +41,10 @@ def take_survey(
 def even_out(
     cloud: Cloud, found: Survey, resolved: Settings, asked: Settings
 ) -> tuple[NDArray[np.float64], Survey, Settings]:
-    """Thin a scan whose density is uneven, as far as it is denser than most of its surface.
+    """Thin a scan of uneven density where it is denser than most of its surface.
 
-    Near a tripod a scanner leaves hundreds of times more points than on the top of a pile; cells
-    that suit the former would be empty on the latter. Lengths follow from what is left.
+    Near a tripod, a scan has hundreds of times more points than on the top of a pile; cells that
+    suit the former would be empty on the latter. Lengths are derived from the thinned scan.
     """
     if found.sparse_m <= UNEVEN * found.spacing_m:
         return cloud.points, found, resolved

@@ -1,4 +1,4 @@
-"""Which scans are too large to be held."""
+"""Which scans are too large for memory."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from divespot.io.las_stretches import Rectangle
     from divespot.settings import Settings
 
-#: More points are streamed. Measuring takes 120 bytes a point where all are held: with as many, it
-#: stays within 1 GiB.
+#: Scans with more points are streamed. Measuring in memory takes 120 bytes per point: with this
+#: many points, it stays within 1 GiB.
 MOST_HELD = 2**23
 
-#: Bytes of the longest LAS header, up to its count of points.
+#: Size in bytes of the longest LAS header, up to its count of points.
 _HEADER_BYTES = 255
 
 
 def is_too_large(source: Any, settings: Settings) -> bool:  # noqa: ANN401 - what a user gives
-    """Return whether these are LAS files with more points than are held.
+    """Return whether these are LAS files with more points than are held in memory.
 
-    The paper's way needs every point.
+    The paper's method needs every point and is never streamed.
     """
     if settings.stages.ground_form == "level" or settings.columns is not None:
         return False
@@ -42,18 +42,18 @@ def is_too_large(source: Any, settings: Settings) -> bool:  # noqa: ANN401 - wha
 
 
 def _in_crop(paths: Sequence[str], settings: Settings) -> int:
-    """Return how many points are read of what a crop leaves: of COPC files, not all."""
+    """Return how many points are read for a crop: of COPC files, not all."""
     from divespot.io.las_stretches import stretches_of  # noqa: PLC0415 - for crops alone
 
     try:
         parts = [stretches_of(path, in_plan(settings)) for path in paths]
     except DivespotError:
-        return 0  # what reads it in full says why
+        return 0  # reading it in full will raise the error
     return sum(stretch.count for some in parts for stretch in some)
 
 
 def _count(path: str) -> int | None:
-    """Return how many points a file promises that begins as a LAS file."""
+    """Return the number of points that a LAS header states; None for other files."""
     try:
         if is_url(path):
             return None
@@ -62,7 +62,7 @@ def _count(path: str) -> int | None:
             head = stream.read(_HEADER_BYTES)
         return points_promised(head) if head.startswith(SIGNATURE) else None
     except (OSError, DivespotError, IndexError, struct.error):
-        return None  # what reads it in full says why
+        return None  # reading it in full will raise the error
 
 
 def in_plan(settings: Settings) -> Rectangle | None:

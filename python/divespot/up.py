@@ -1,8 +1,8 @@
-"""Which way is up, what says so, and where that conflicts.
+"""Which way is up, the evidence for it, and conflicting evidence.
 
-In this order: what is given; the side of the ground on which the sensor stood, where that is
-known; z in a projected coordinate system; z where the floor is level in it; the side of the ground
-on which the scan lies. The core's ``ground`` module weighs the planes.
+In this order: the given direction; the side of the ground on which the sensor was, if known; z in a
+projected coordinate system; z if the floor is level in it; the side of the ground on which the scan
+lies. The core's ``ground`` module compares planes.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 UpFrom: TypeAlias = Literal["given", "sensor", "coordinate system", "small tilt", "nothing below"]
 
-#: No bulk material lies flatter: the ground of a survey is looked for among planes that do.
+#: No bulk material lies flatter: the ground of a survey is searched among planes flatter than this.
 LEVEL_DEG = 15.0
 
-#: A direction farther than this from the ground's normal is not upward.
+#: A direction farther than this from the ground's normal is not taken for up.
 STEEPEST_DEG = 60.0
 
-#: Loaded trucks climb 1 in 6 at most, 9.5°. Where only the coordinates look like those of a survey,
-#: and at least half of the points lie on one plane steeper than this, the scan itself is tilted.
+#: Loaded trucks climb 1 in 6 at most, 9.5°. If coordinates only look like those of a survey, and at
+#: least half of the points lie on one plane steeper than this, the scan itself is tilted.
 STEEPEST_YARD_DEG = 10.0
 FLAT_SHARE = 0.5
 
@@ -42,26 +42,26 @@ SMALL_TILT_DEG = 2.0
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of up before the ground is looked for.
+    """Evidence for up before the ground is searched for.
 
     Attributes
     ----------
     asked
-        The direction that the settings give, roughly.
+        The approximate direction that the settings give.
     name
-        What they call it.
+        The setting as the user typed it.
     sensor_m
-        Where the sensor stood, in the cloud's frame.
+        Position of the sensor in the cloud's frame.
     at_origin
-        Whether that is the scan's origin, as in a sensor's own frame.
+        Whether this is the scan's origin, as in a sensor's own frame.
     z
-        What z may be to a sensor at the origin.
+        What z may be for a sensor at the origin.
     projected
         Whether the coordinates are those of a projected system.
     is_stated
-        Whether the scan says so.
+        Whether the scan states its coordinate system.
     is_z
-        Whether z is up by it, and nothing given says otherwise.
+        Whether z is up by that system, and no given direction contradicts it.
 
     """
 
@@ -80,7 +80,7 @@ class Evidence:
         asked = parse_up(settings.up)
         places_m = survey.at_m + cloud.origin_m
         projected = cloud.projected or is_survey(places_m)
-        cone(asked, settings.max_tilt_deg)  # refuses what is no direction
+        cone(asked, settings.max_tilt_deg)  # raises an error if it is not a direction
         agrees = asked is None or angle_deg(Z, asked) <= settings.max_tilt_deg
         sensor_m = None
         if cloud.sensor_m is not None:
@@ -103,7 +103,7 @@ class Evidence:
         return cone(Z, LEVEL_DEG) if self.is_z else cone(self.asked, max_tilt_deg)
 
     def is_exact(self, ground: Plane, points: int) -> bool:
-        """Tell whether up is z, whatever the tilt of the ground's plane to it."""
+        """Return whether up is exactly z, whatever the tilt of the ground's plane."""
         is_steep = angle_deg(ground.normal, Z) > STEEPEST_YARD_DEG
         is_tilted = is_steep and ground.inliers >= FLAT_SHARE * points and not self.is_stated
         return self.is_z and not is_tilted
@@ -111,7 +111,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Up:
-    """What up was taken from, and what speaks against it."""
+    """The evidence that up was taken from, and the evidence against it."""
 
     evidence: Evidence
     plane: Plane
@@ -125,7 +125,7 @@ class Up:
         return "coordinate system" if by_system else self.found_from
 
     def conflicts(self, threshold_m: float) -> tuple[str, ...]:
-        """Return a sentence for each piece of evidence that says otherwise."""
+        """Return a sentence for each piece of conflicting evidence."""
         said = (self._with_the_system(), self._with_the_sensor(threshold_m), self._with_the_scan())
         return tuple(sentence for sentence in said if sentence is not None)
 
@@ -135,8 +135,8 @@ class Up:
         if self.evidence.is_z:
             return self._tilted()
         return (
-            f"up was given as {self.evidence.name}, and was taken so, but the coordinates are "
-            "those of a projected system, in which z is up"
+            f"up was given as {self.evidence.name} and used, but the coordinates are those of a "
+            "projected system, in which z is up"
         )
 
     def _tilted(self) -> str | None:
@@ -167,19 +167,19 @@ class Up:
         off_deg = angle_deg(self.plane.normal, (0.0, 0.0, -1.0))
         if self.source == "nothing below" and off_deg < LEVEL_DEG:
             return (
-                f"up was taken as -z ({off_deg:.0f}° off), since nothing lies below the ground so: "
-                "if z is up, what was measured are holes: give up"
+                f"up was taken as -z ({off_deg:.0f}° off), since then nothing lies below the "
+                "ground: if z is up, what was measured are holes, and up=z is needed"
             )
         if not self.doubted or self.source not in REASONS:
             return None
         return (
-            f"up was taken from {REASONS[self.source]}, but the scan lies as if it were upside "
-            "down, with much below the ground: if it is, give up"
+            f"up was taken from {REASONS[self.source]}, but the scan seems to be upside down, with "
+            "much below the ground: if it is, up is needed, as up=-z"
         )
 
 
-#: What a source of up that may be wrong is called in a warning.
+#: Names, for warnings, of evidence that may be wrong.
 REASONS = {
-    "sensor": "the place of the sensor",
-    "small tilt": "z, in which the floor is all but level",
+    "sensor": "the position of the sensor",
+    "small tilt": "z, in which the floor is almost level",
 }

@@ -58,9 +58,7 @@ FILES = (
         PAGE,
         (".html", ".pdf"),
     ),
-    ChangeFile(
-        "--picture", "draw the plan of gains and losses", PICTURE, (".png", ".svg")
-    ),
+    ChangeFile("--picture", "draw the plan of gains and losses", PICTURE, (".png", ".svg")),
 )
 
 

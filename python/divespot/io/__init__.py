@@ -1,4 +1,4 @@
-"""Scans from files, points to files.
+"""Reading scans from files, and writing points to files.
 
 Formats: PLY, PCD, LAS, LAZ, E57, PTX, text (xyz, csv, tsv, txt, asc, pts), NPY, NPZ; rasters of
 heights (GeoTIFF, Erdas Imagine, ESRI grid), meshes (OBJ, STL, GLB, PLY with faces); each also
@@ -48,32 +48,32 @@ def read(  # noqa: PLR0913 - one argument an option
 ) -> Scan:
     """Read a scan, whatever its format, in metres.
 
-    The format follows from the content; a file with another's extension is read with a warning.
-    No point is dropped but those of LAS files that are withheld, noise or not asked for.
+    The format is detected from the content; if the extension is another format's, a warning is
+    given. No points are dropped except those of LAS files that are withheld, noise or not wanted.
 
     Parameters
     ----------
     path : str or os.PathLike, or a list of these
-        Several files are merged into one survey; they must be in one unit and reference system.
+        Several files are merged into one survey; they must have one unit and reference system.
         PLY (ascii, both binaries), PCD (ascii, binary, binary_compressed), LAS, LAZ, COPC, E57
         and PTX (all scans of a file, in its common frame); NPY or NPZ of shape (n, >=3),
-        (h, w, >=3) or with fields x, y, z; GeoTIFF, IMG or ESRI grid, of which the middle of each
-        cell is a point; OBJ, STL, GLB or PLY with faces, of whose surface points are taken; or
-        lines of text. Any of them in a GZIP file or alone in a ZIP file. Of a COPC file at
-        ``http://`` or ``https://``, the points inside of `plan` are fetched by range requests.
+        (h, w, >=3) or with fields x, y, z; GeoTIFF, IMG or ESRI grid, read as the centres of their
+        cells; OBJ, STL, GLB or PLY with faces, sampled over their surface; or lines of text. Any of
+        them in a GZIP file or alone in a ZIP file. Of a COPC file at ``http://`` or ``https://``,
+        only the points inside `plan` are fetched, by range requests.
     unit : str
-        The unit of the file's numbers, a key of `UNITS`, over whatever the file says. ``"auto"``
-        takes what the file states, and metres where it states nothing.
+        The unit of the file's numbers, a key of `UNITS`, which overrides the file's own. ``"auto"``
+        uses the unit that the file states, or metres if it states none.
     crs : str or None
         The reference system, ``"EPSG:CODE"`` or WKT, of a file that states none; needs pyproj.
     columns : str or None
-        Where x, y and z stand in a table of text, such as ``"3,2,4"`` or ``"Easting,North,H"``.
+        Columns of x, y and z in a table of text, such as ``"3,2,4"`` or ``"Easting,North,H"``.
     classes : str or None
-        Classes of a LAS file to keep, such as ``"2,6"``; None keeps all but noise.
+        Classes of a LAS file to keep, such as ``"2,6"``; None keeps all except noise.
     returns : str
         Returns of a LAS file to keep: ``"all"``, ``"first"`` or ``"last"``.
     plan : sequence of float or None
-        x0, y0, x1, y1 in the file's numbers: of a COPC file, no point outside is read.
+        x0, y0, x1, y1 in the file's numbers: points of a COPC file outside are not read.
 
     Returns
     -------
@@ -82,9 +82,9 @@ def read(  # noqa: PLR0913 - one argument an option
     Raises
     ------
     DivespotError
-        If there is no such file, it is not readable, damaged, without points or in no accepted
-        format, if `unit` is unknown, or if the file is in degrees or another unit that is none;
-        if several files disagree on unit or reference system.
+        If the file does not exist, is unreadable, damaged, without points or in an unknown format;
+        if `unit` is unknown, or the file is in degrees or another unit that is not a length; or if
+        several files disagree on unit or reference system.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def _place_of(path: str | os.PathLike[str]) -> Path | str:
 
 
 def _named(file: Path | str, unit: str, wanted: Wanted) -> Scan:
-    """Read a file, and name it where that fails."""
+    """Read a file, and put its name in front of errors."""
     try:
         return _read(file, unit, wanted)
     except DivespotError as err:
@@ -116,13 +116,13 @@ def _named(file: Path | str, unit: str, wanted: Wanted) -> Scan:
     except OSError as err:
         raise DivespotError(f"{file}: cannot be read ({err.strerror or err})") from None
     except MemoryError:
-        raise DivespotError(f"{file}: too large for the memory there is") from None
+        raise DivespotError(f"{file}: too large for the available memory") from None
 
 
 def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
-    """Read a scan, or some points of one that is large and can be sampled: LAS and LAZ.
+    """Read a scan, or a sample of its points if it is a large LAS or LAZ file.
 
-    As `read` otherwise; `Scan.whole` says what the file says of all its points.
+    Otherwise like `read`; `Scan.whole` holds what the file states about all its points.
 
     Examples
     --------
@@ -140,12 +140,12 @@ def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
 def stretches(
     path: str | os.PathLike[str], count: int, *, unit: str = "auto", crs: str | None = None
 ) -> Scan:
-    """Read so many stretches of a LAS or LAZ file, with points of whatever class."""
+    """Read `count` stretches of a LAS or LAZ file, with points of any class."""
     return _named(_place_of(path), unit, Wanted(crs=crs, some=True, stretches=count))
 
 
 def _read(file: Path | str, unit: str, wanted: Wanted) -> Scan:
-    # What a library has to say about a file belongs to the scan, not to the process.
+    # Warnings of a library about a file belong to the scan, not to the process.
     with python_warnings.catch_warnings(record=True) as caught:
         python_warnings.simplefilter("always")
         name, raw, warnings = _raw(file, wanted)
@@ -181,7 +181,7 @@ def _read(file: Path | str, unit: str, wanted: Wanted) -> Scan:
 
 
 def _judged(raw: RawCloud, unit: str, wanted: Wanted, *, stated: bool) -> Judged:
-    """Look at a file's numbers; of some lines of points, steps of x and y mean nothing."""
+    """Check a file's numbers for steps and unit; in a few lines of points, steps mean nothing."""
     if wanted.stretches is not None:
         heights = steps(raw.xyz, unit)[0] * (0.0, 0.0, 1.0)
         return Judged(raw.xyz, heights, () if stated else doubts_of(raw.xyz))
@@ -191,7 +191,7 @@ def _judged(raw: RawCloud, unit: str, wanted: Wanted, *, stated: bool) -> Judged
 
 
 def _raw(file: Path | str, wanted: Wanted) -> tuple[str, RawCloud, tuple[str, ...]]:
-    """Return a file's format, what it holds, and a warning where its name says another format."""
+    """Return a file's format, its content, and a warning if its name says another format."""
     if isinstance(file, str):
         return "LAS/LAZ", read_url(file, wanted), ()
     if wanted.some and begins_as_las(file):
@@ -207,7 +207,7 @@ def _triple(numbers: FloatArray) -> tuple[float, float, float]:
 
 
 def _ignored(format_name: str, wanted: Wanted) -> tuple[str, ...]:
-    """Return a warning where classes or returns are asked of a file that has none."""
+    """Return a warning if classes or returns are asked for and the format has none."""
     if format_name == "LAS/LAZ" or (wanted.classes is None and wanted.returns == "all"):
         return ()
     return (f"{format_name} has no classes and returns: all points were taken",)
@@ -217,7 +217,7 @@ def _units(raw: RawCloud, asked: str) -> tuple[str, str, tuple[str, ...]]:
     """Return the unit of the file's x and y, that of its z, and warnings."""
     if asked != "auto":
         differs = raw.unit not in (None, asked)
-        warning = f"the file says its unit is {raw.unit}, it was read as {asked} as asked"
+        warning = f"the file states the unit {raw.unit}, but was read in {asked} as asked"
         return asked, asked, (warning,) if differs else ()
     unit = raw.unit or "m"
     vertical = raw.vertical_unit or unit
@@ -227,7 +227,7 @@ def _units(raw: RawCloud, asked: str) -> tuple[str, str, tuple[str, ...]]:
         )
     if raw.unit is None and raw.vertical_unit not in (None, "m"):
         raise DivespotError(
-            f"its z is in {vertical}, of x and y nothing is said: one unit is needed"
+            f"its z is in {vertical}, the unit of x and y is not stated: one unit is needed"
         )
     for stated in (unit, vertical):
         if stated not in UNITS:
@@ -239,7 +239,7 @@ def _units(raw: RawCloud, asked: str) -> tuple[str, str, tuple[str, ...]]:
 def _scaled(xyz: FloatArray, factors: FloatArray) -> FloatArray:
     if (factors == 1.0).all():
         return xyz
-    # Garbage near the largest float may overflow to inf, which a later stage drops and counts.
+    # Corrupt values near the largest float may overflow to inf, which is dropped and counted later.
     with np.errstate(over="ignore", invalid="ignore"):
         scaled: FloatArray = xyz * factors
     return scaled

@@ -12,7 +12,7 @@ from divespot.io.units import DEGREES, UNITS, unit_named
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-OFFER = "say where x, y and z stand, by number or name: --columns 1,2,3"
+OFFER = "give the columns of x, y and z by number or name: --columns 1,2,3"
 
 _EAST = "x easting east e rechtswert rechts rw ostwert ost xcoord coordx pointx xcoordinate utmx"
 _NORTH = "y northing north n hochwert hoch hw nordwert nord ycoord coordy pointy ycoordinate utmy"
@@ -30,13 +30,13 @@ _ANY = frozenset(alias for aliases in _ALIASES for alias in aliases)
 _NAME = re.compile(r"([^\W\d][\w .-]*?)(?:[\s_]+([a-z-]+)|\s*[\[(]\s*([a-z-]+)\s*[\])])?\s*")
 _NOT_LETTERS = re.compile(r"[^a-zäöü]")
 _MARKS = (";", "\t", ",")
-# UTM: an easting is 500 km give or take, a northing is up to 10,000 km.
+# UTM: eastings are about 500 km, northings up to 10,000 km.
 _EASTINGS_M, _LEAST_NORTHING_M = (1e5, 9.5e5), 1e6
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Where x, y, z stand, and what is said of them."""
+    """The columns of x, y, z, their unit, and warnings about them."""
 
     at: tuple[int, int, int] = (0, 1, 2)
     unit: str | None = None
@@ -46,19 +46,19 @@ class Columns:
 
 @dataclass(frozen=True)
 class _Name:
-    """A column's name in lower case without what joins its words, and the unit it ends in."""
+    """A column's name in lower case without separators between words, and the unit at its end."""
 
     word: str
     unit: str | None
 
 
 def named(line: str, width: int) -> Columns | None:
-    """Return where a header line puts x, y and z of rows `width` fields wide; None if nowhere.
+    """Return the columns of x, y and z by a header line, for rows `width` fields wide; or None.
 
     Raises
     ------
     DivespotError
-        It names x, y and z, but not as many columns as the rows have.
+        The header names x, y and z, but another number of columns than the rows have.
 
     """
     names = _names(line)
@@ -67,7 +67,7 @@ def named(line: str, width: int) -> Columns | None:
     if len(at) < 3:
         return None
     if len(names) != width:
-        # Prose may well hold the words x, y and z.
+        # A line of prose may contain the words x, y and z.
         if _is_comment(line) or 2 * sum(name.word in _ANY for name in names) <= len(names):
             return None
         raise _uncounted(line, names, width)
@@ -81,7 +81,7 @@ def _uncounted(line: str, names: Sequence[_Name], width: int) -> DivespotError:
 
 
 def asked(tokens: Sequence[str], header: Sequence[str], width: int) -> Columns | None:
-    """Return the columns that were asked for by number or name; None if the rows have them not."""
+    """Return the columns asked for by number or name; None if the rows do not have them."""
     line = next((line for line in reversed(header) if len(_names(line)) == width), "")
     names = _names(line)
     written = [part.strip().lower() for part in _parts(line)]
@@ -95,7 +95,7 @@ def asked(tokens: Sequence[str], header: Sequence[str], width: int) -> Columns |
 
 
 def unnamed(line: str, width: int) -> tuple[str, ...]:
-    """Judge the line above the rows where it names columns, but not x, y and z."""
+    """Return warnings about a line above the rows that names columns, but not x, y and z."""
     names = _names(line)
     if _is_comment(line) or width < 3:
         return ()
@@ -109,9 +109,9 @@ def unnamed(line: str, width: int) -> tuple[str, ...]:
 
 
 def numbered(row: Sequence[float]) -> Columns:
-    """Return where x, y, z stand behind a point number: northing first, as surveyors have it.
+    """Return the columns of x, y, z after a point number: northing first, as surveyors write it.
 
-    Easting first where only that fits the size of UTM coordinates.
+    Easting first only if the sizes of UTM coordinates require it.
     """
     first, second = row[1], row[2]
     low, high = _EASTINGS_M

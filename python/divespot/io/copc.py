@@ -1,4 +1,4 @@
-"""COPC: of a LAZ file that is an octree, the points of a rectangle without reading the others."""
+"""COPC, a LAZ file with an octree: reading the points of a rectangle without the others."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ if TYPE_CHECKING:
 
     from divespot.io.scan import FloatArray
 
-#: Times the file that its octree may be read: a page that holds itself is read without end.
+#: How many times its size the file may be read for its octree: a page may contain itself.
 TIMES = 4
 
 
 def is_copc(header: laspy.LasHeader) -> bool:
-    """Return whether a file says that it is an octree."""
+    """Return whether a file's header says that it has an octree."""
     return bool(header.vlrs) and type(header.vlrs[0]).__name__ == "CopcInfoVlr"
 
 
 @dataclass(frozen=True)
 class Query:
-    """A rectangle of an octree.
+    """A query of an octree for a rectangle.
 
     Attributes
     ----------
     nodes
-        Where each chunk that it meets begins, its bytes and its points.
+        For each chunk that the rectangle meets: where it begins, its bytes and its points.
 
     """
 
@@ -42,17 +42,17 @@ class Query:
     @classmethod
     def of(
         cls,
-        stream: Any,  # noqa: ANN401 - what reads, seeks and tells
+        stream: Any,  # noqa: ANN401 - an object with read, seek and tell
         size: int,
         header: laspy.LasHeader,
         plan: tuple[float, float, float, float],
     ) -> Query | None:
-        """Look a rectangle x0, y0, x1, y1 up; None where the file of so many bytes lies beside it.
+        """Query the rectangle x0, y0, x1, y1; None if the file, of `size` bytes, is outside.
 
         Raises
         ------
         DivespotError
-            The octree promises what the file does not hold.
+            The octree describes more than the file holds.
 
         """
         from laspy import copc  # noqa: PLC0415 - as laspy itself
@@ -78,12 +78,12 @@ class Query:
         return cls(tuple(held), reader, bounds)
 
     def points(self) -> Any:  # noqa: ANN401 - laspy ships no types
-        """Return the points inside."""
+        """Return the points inside the rectangle."""
         return self._reader.query(self._bounds)
 
 
 def _chunks(stream: Any, header: laspy.LasHeader) -> set[tuple[int, int, int]]:  # noqa: ANN401 - as above
-    """Return where each chunk begins, its bytes and its points, as its checked table has them."""
+    """Return where each chunk begins, its bytes and its points, from the checked chunk table."""
     return set(chunk_table(stream, header))
 
 
@@ -91,7 +91,7 @@ def chunk_table(
     stream: Any,  # noqa: ANN401 - as above
     header: laspy.LasHeader,
 ) -> list[tuple[int, int, int]]:
-    """Return the same in order, of any LAZ file; a table of equal chunks counts none of them."""
+    """Return the chunks of any LAZ file, in order; a table of equal chunks has no point counts."""
     import lazrs  # noqa: PLC0415  (import divespot stays light)
 
     vlr = lazrs.LazVlr(header.vlrs.get("LasZipVlr")[0].record_data)
@@ -107,7 +107,7 @@ def chunk_table(
 
 
 class _Limited:
-    """A stream of which not more than so many bytes are read."""
+    """A stream from which only a limited number of bytes can be read."""
 
     def __init__(self, stream: Any, most: int) -> None:  # noqa: ANN401 - as above
         self._stream, self._left = stream, most

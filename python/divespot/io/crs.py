@@ -1,6 +1,6 @@
 """Units of a coordinate reference system, from its WKT or its GeoTIFF keys.
 
-Only the units are wanted, so neither needs a projection library. Sources: OGC 01-009 (WKT 1),
+Only the units are needed, so that no projection library is. Sources: OGC 01-009 (WKT 1),
 OGC 18-010 (WKT 2), OGC 19-008 (GeoTIFF keys), EPSG codes of units and systems.
 """
 
@@ -20,9 +20,9 @@ _TOKEN = re.compile(r'"((?:[^"]|"")*)"|([\[(])|([\])])|([^\[\]()",\s]+)')
 _PROJECTED = {"PROJCS", "PROJCRS", "PROJECTEDCRS"}
 _CARTESIAN = {"GEOCCS", "LOCAL_CS", "ENGCRS", "ENGINEERINGCRS"}
 _GEODETIC = {"GEOGCS", "GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "GEODETICCRS"}
-# VERTCS is ESRI's.
+# VERTCS is ESRI's keyword.
 _VERTICAL = {"VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"}
-# Projections with a metre that is one on a parallel alone; not the transverse and oblique ones.
+# Projections whose metre is true on one parallel only; transverse and oblique ones are not.
 _STRETCHED = re.compile(
     r"mercator|popularvisualisation|equidistantcylindrical|equirectangular|platecarree"
 )
@@ -39,10 +39,10 @@ _PROJECTED_MODEL, _GEOGRAPHIC_MODEL = 1, 2
 
 @dataclass(frozen=True)
 class Crs:
-    """What a file says of its reference system.
+    """The reference system that a file states.
 
-    `unit` is that of x and y, `vertical_unit` that of z where it has its own. Both are keys of
-    `UNITS`, or `DEGREES`, or `STRETCHED`, or text that names a unit `UNITS` has not. In a
+    `unit` is that of x and y, `vertical_unit` that of z if it has its own. Both are keys of
+    `UNITS`, or `DEGREES`, or `STRETCHED`, or text for a unit that is not in `UNITS`. In a
     `projected` system z is up.
     """
 
@@ -69,7 +69,7 @@ class _Node:
 
 
 def crs_from_wkt(text: str) -> Crs:
-    """Return the units that WKT (1 or 2) states; what is not WKT states none."""
+    """Return the units that WKT (1 or 2) states; none for text that is not WKT."""
     root = _parse_wkt(text)
     projected = _find(root, _PROJECTED) is not None
     return Crs(text, _horizontal_unit(root), _vertical_unit(root), projected)
@@ -118,7 +118,7 @@ def _vertical_unit(root: _Node) -> str | None:
 
 
 def _length_unit(system: _Node, by_code: Callable[[int], str | None]) -> str | None:
-    """Return the unit of the system itself, or of its axes, or by its code; not of its parts."""
+    """Return the unit of the system itself, of its axes, or by its code; not that of its parts."""
     places = [system, *(child for child in system.children if child.keyword == "AXIS")]
     for place in places:
         units = [c for c in place.children if c.keyword in ("UNIT", "LENGTHUNIT")]
@@ -130,7 +130,7 @@ def _length_unit(system: _Node, by_code: Callable[[int], str | None]) -> str | N
 
 
 def _unit_of_node(node: _Node) -> str | None:
-    """Return a unit by its size; by its name where that is missing."""
+    """Return a unit by its size, or by its name if the size is missing."""
     try:
         return unit_of(float(node.values[1]))
     except (IndexError, ValueError):
@@ -139,7 +139,7 @@ def _unit_of_node(node: _Node) -> str | None:
 
 
 def crs_from_geokeys(keys: Mapping[int, int | float | str]) -> Crs:
-    """Return what GeoTIFF keys state, given as key id to value."""
+    """Return the system that GeoTIFF keys state, given as key id to value."""
     projected, geographic, vertical = (_code(keys.get(key)) for key in (3072, 2048, 4096))
     is_geographic = keys.get(1024) == _GEOGRAPHIC_MODEL
     code = geographic if is_geographic else projected
@@ -157,13 +157,13 @@ def crs_from_geokeys(keys: Mapping[int, int | float | str]) -> Crs:
 
 
 def _code(value: float | str | None) -> int:
-    """Return the EPSG code that a key holds; 0 where it holds none."""
+    """Return the EPSG code in a key; 0 if there is none."""
     known = isinstance(value, int) and value not in (0, _USER_DEFINED)
     return int(value) if known and value is not None else 0
 
 
 def _unit_in(citation: str) -> str | None:
-    """Return the feet that a system's name ends in, as those of the state plane systems do."""
+    """Return the kind of foot at the end of a system's name, as in state plane systems."""
     found = _FEET.search(citation)
     if found is None:
         return None

@@ -1,4 +1,4 @@
-"""What coordinates tell of their unit where the file does not state it."""
+"""Whether coordinates fit a unit that the file does not state."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from divespot.io.steps import SAMPLE, steps
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: A scene wider than this is a landscape, or not in metres.
+#: A scene wider than this, in metres, is a landscape, or not in metres.
 WIDEST_M = 3000.0
 
-#: A scan in degrees is narrower, and many times higher than wide, and not about the origin.
+#: A scan in degrees is narrower than this, many times higher than wide, and not at the origin.
 WIDEST_DEG, TIMES_HIGHER, TIMES_FARTHER = 0.05, 20.0, 20.0
 
-#: Whole numbers that span so many units are likely millimetres.
+#: Integers that span at least this many units are likely millimetres.
 FEWEST_UNITS = 100.0
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """Numbers with NaN for heights that mean no data, their steps, and what to say of them."""
+    """Numbers with NaN for no-data heights, their rounding steps, and warnings."""
 
     xyz: NDArray[Any]
     quantum: NDArray[np.float64]
@@ -35,17 +35,17 @@ class Judged:
 
 
 def judged(xyz: NDArray[Any], unit: str, *, stated: bool) -> Judged:
-    """Look at coordinates in the unit `unit`, which somebody stated or which was assumed.
+    """Check coordinates in the unit `unit`, which was stated or assumed.
 
     Raises
     ------
     DivespotError
-        Nobody stated the unit, and the numbers are degrees.
+        The unit was not stated, and the numbers are degrees.
 
     """
     if not len(xyz):
         return Judged(xyz, np.zeros(3), ())
-    # Garbage near the largest float overflows; a later stage drops or refuses it.
+    # Corrupt values near the largest float overflow; a later stage drops or refuses them.
     with np.errstate(all="ignore"):
         xyz, no_data = without_no_data(xyz)
         doubts = () if stated else doubts_of(xyz)
@@ -54,7 +54,7 @@ def judged(xyz: NDArray[Any], unit: str, *, stated: bool) -> Judged:
 
 
 def doubts_of(xyz: NDArray[Any]) -> tuple[str, ...]:
-    """Return what speaks against metres, a sentence each.
+    """Return reasons why the unit may not be the metre, one sentence each.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def doubts_of(xyz: NDArray[Any]) -> tuple[str, ...]:
 
 
 def _bounds(xyz: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the corners of the box around all points that are finite."""
+    """Return the corners of the box around all finite points."""
     lowest, highest, _, _ = _native.outermost(xyz, 0)
     low, high = np.array(lowest), np.array(highest)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):

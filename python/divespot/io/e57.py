@@ -1,4 +1,4 @@
-"""E57 (ASTM E2807), through the Rust crate of that name: several scans, each with its pose."""
+"""E57 (ASTM E2807), through the Rust crate of that name: one or more scans, each with its pose."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SPHERICAL = (
 
 
 def read_e57(data: bytes) -> RawCloud:
-    """Read x, y, z of all scans of an E57 file, in its common frame; invalid ones are NaN."""
+    """Read x, y, z of all scans of an E57 file, in its common frame; invalid points are NaN."""
     try:
         system, scans = _native.read_e57(data)
     except DivespotError as err:
@@ -32,7 +32,7 @@ def read_e57(data: bytes) -> RawCloud:
     setups = [_setup(*scan) for scan in scans if len(scan[1])]
     xyz, place = merged(setups)
     crs = crs_from_wkt(system) if system and system.strip() else Crs()
-    # Lengths are metres by the standard; degrees and maps that stretch are none.
+    # By the standard, lengths are metres; systems in degrees or with a stretched map are refused.
     unit = crs.unit if crs.unit in (DEGREES, STRETCHED) else "m"
     return RawCloud(xyz, unit, crs=crs.text, projected=crs.projected, viewpoint=place)
 
@@ -44,7 +44,7 @@ def _setup(names: Sequence[str], values: FloatArray, pose: tuple[float, ...] | N
 
 
 def _points(columns: dict[str, FloatArray]) -> FloatArray:
-    """Return x, y, z from the coordinates that are valid, the Cartesian ones first."""
+    """Return x, y, z from the valid coordinates, Cartesian ones if present."""
     known = [kind for kind in (_CARTESIAN, _SPHERICAL) if all(name in columns for name in kind[:3])]
     if not known:
         raise DivespotError("a scan in it has neither Cartesian nor spherical coordinates")
@@ -52,7 +52,7 @@ def _points(columns: dict[str, FloatArray]) -> FloatArray:
     for kind in reversed(known):
         found = stack([columns[name] for name in kind[:3]])
         found = found if kind is _CARTESIAN else _cartesian(found)
-        # 1 is a direction only, 2 nothing at all.
+        # 1: only the direction is valid, 2: nothing is.
         valid = columns.get(kind[3], np.zeros(len(xyz))) == 0.0
         xyz[valid] = found[valid]
     return xyz

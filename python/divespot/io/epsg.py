@@ -1,8 +1,8 @@
-"""Coordinate reference systems that are known by their EPSG code alone.
+"""Units of coordinate reference systems by their EPSG code.
 
 Source: EPSG Geodetic Parameter Dataset v11.022 (2024-11-05, https://epsg.org), read through
 PROJ 9.5.1: every projected, vertical and compound system, deprecated ones too, whose unit is not
-the metre. Codes that came later are asked of pyproj, the extra ``crs``.
+the metre. Newer codes are looked up with pyproj, the extra ``crs``.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.io.units import STRETCHED, unit_of
 
-#: Codes that were given out after the tables were made.
+#: Codes that were assigned after the tables were made.
 _LATER = range(11_119, 20_000)
 
-#: From here on, codes of GeoTIFF are private.
+#: From here on, GeoTIFF codes are private.
 _PRIVATE = range(32_768, 65_536)
 
-#: World-wide Mercator and equidistant cylindrical systems: their metre is one on a parallel alone.
+#: World-wide Mercator and equidistant cylindrical systems: metres true on one parallel only.
 _STRETCHED = "3388 3395 3752 3785-3786 3832 3857 3994 4087-4088 5641 32662-32663 900913"
 
 _PROJECTED = {
@@ -82,12 +82,12 @@ _VERTICAL = {
 
 
 def projected_unit(code: int) -> str | None:
-    """Return the unit of x and y; None where the code is none that is known."""
+    """Return the unit of x and y; None if the code is unknown."""
     return _known(code, {**_PROJECTED, STRETCHED: _STRETCHED})
 
 
 def vertical_unit(code: int) -> str | None:
-    """Return the unit of heights; None where the code is none that is known."""
+    """Return the unit of heights; None if the code is unknown."""
     return _known(code, _VERTICAL)
 
 
@@ -100,13 +100,13 @@ def _known(code: int, table: dict[str, str]) -> str | None:
 
 @functools.cache
 def _codes(text: str) -> frozenset[int]:
-    """Return the codes in a line of codes and of ranges that include their ends."""
+    """Return the codes in a line of codes and of ranges, ends included."""
     ends = [list(map(int, part.split("-"))) for part in text.split()]
     return frozenset(code for part in ends for code in range(part[0], part[-1] + 1))
 
 
 def _asked(code: int) -> str | None:
-    """Return what pyproj knows of a code; None where it is not installed or does not know it."""
+    """Return pyproj's unit for a code; None if pyproj is missing or does not know it."""
     try:
         pyproj = extra("pyproj", "crs", f"EPSG:{code} needs pyproj")
     except DivespotError:

@@ -16,7 +16,7 @@ _NEEDED = ("ncols", "nrows", "xllcorner or xllcenter", "yllcorner or yllcenter",
 
 
 def read_esri(data: bytes) -> RawCloud:
-    """Read the middle of each cell of an ESRI grid; a cell without data has no height."""
+    """Read the centre of each cell of an ESRI grid; a cell without data has no height."""
     header, start = _header(data)
     try:
         columns, rows = int(header["ncols"]), int(header["nrows"])
@@ -40,7 +40,7 @@ def read_esri(data: bytes) -> RawCloud:
 
 
 def _header(data: bytes) -> tuple[dict[str, str], int]:
-    """Return the values by their names in small letters, and where the heights begin."""
+    """Return the header's values by their names in lower case, and where the heights begin."""
     found: dict[str, str] = {}
     at = 0
     while match := _LINE.match(data, at):
@@ -50,7 +50,7 @@ def _header(data: bytes) -> tuple[dict[str, str], int]:
 
 
 def _edge(header: dict[str, str], axis: str, cell: float) -> float:
-    """Return where the outermost cells begin."""
+    """Return the coordinate of the grid's outer edge along an axis."""
     if f"{axis}llcenter" in header:
         return float(header[f"{axis}llcenter"]) - cell / 2
     return float(header[f"{axis}llcorner"])

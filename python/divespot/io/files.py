@@ -13,20 +13,20 @@ if TYPE_CHECKING:
 
 
 def bytes_of(file: Path, most: int | None = None) -> bytes:
-    """Return what a regular file holds.
+    """Return the content of a regular file.
 
     Parameters
     ----------
     file
     most
-        Bytes that it may hold; None: as many as there is memory on this machine.
+        Largest size in bytes; None: the memory of this machine.
 
     Raises
     ------
     DivespotError
-        It is no regular file, empty or too large.
+        The path is not a regular file, or the file is empty or too large.
     OSError
-        It cannot be read.
+        The file cannot be read.
 
     """
     require_regular(file, most)
@@ -37,7 +37,7 @@ def bytes_of(file: Path, most: int | None = None) -> bytes:
 
 
 def require_regular(file: Path, most: int | None = None) -> None:
-    """Raise what `bytes_of` does for what is no regular file, or too large."""
+    """Raise the errors of `bytes_of` for a path that is no regular file, or a file too large."""
     try:
         found = file.stat()
     except ValueError as err:
@@ -57,5 +57,5 @@ def require_regular(file: Path, most: int | None = None) -> None:
 def _memory_bytes() -> int:
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):  # not every system tells
+    except (AttributeError, OSError, ValueError):  # not supported on every system
         return 1 << 62

@@ -1,4 +1,4 @@
-"""Which format a file is in."""
+"""Detection of file formats."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: how its files begin, what they are called, who reads them.
+    """A file format: how its files begin, their extensions, and the function that reads them.
 
-    Files of one that is known `by_name` begin like nothing in particular: their extension decides
+    Files of a format known `by_name` have no distinctive beginning: their extension must match
     too.
     """
 
@@ -39,7 +39,7 @@ class Format:
 
 
 def _whole(read: Callable[[bytes], RawCloud]) -> Callable[[bytes, Wanted], RawCloud]:
-    """Return a reader of a format that leaves nothing to choose."""
+    """Return a reader for a format without options."""
 
     def read_all(data: bytes, wanted: Wanted) -> RawCloud:
         _refuse_columns(wanted)
@@ -49,7 +49,7 @@ def _whole(read: Callable[[bytes], RawCloud]) -> Callable[[bytes, Wanted], RawCl
 
 
 def _raster(driver: str) -> Callable[[bytes, Wanted], RawCloud]:
-    """Return a reader of rasters, of which a rectangle may be wanted."""
+    """Return a reader of rasters, which can be limited to a rectangle."""
     read = raster.reader(driver)
 
     def read_window(data: bytes, wanted: Wanted) -> RawCloud:
@@ -65,7 +65,7 @@ def _refuse_columns(wanted: Wanted) -> None:
 
 
 _COMMENT_LINES = rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*"
-# Text without a NUL; or UTF-16, which has them, by its byte order mark.
+# Text without a NUL byte; or UTF-16, which contains them, recognized by its byte order mark.
 _TEXT_START = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]*\Z")
 # Text, or 80 bytes and a count.
 _STL_START = re.compile(rb"\s*solid\s|[\0-\xff]{84}")
@@ -103,12 +103,12 @@ _HEAD_BYTES = 1 << 16
 
 
 def detect(path: PurePath, data: bytes) -> tuple[Format, tuple[str, ...]]:
-    """Return the format of a file and a warning where its name says another.
+    """Return the format of a file, and a warning if its name says another.
 
     Raises
     ------
     DivespotError
-        If neither content nor extension is that of an accepted format.
+        Neither content nor extension is that of an accepted format.
     """
     head = data[:_HEAD_BYTES]
     extension = path.suffix.lower()

@@ -1,4 +1,4 @@
-"""The reference system of a file, as a user gives it."""
+"""The reference system of a file, as given by the user."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def with_system(raw: RawCloud, crs: str | None) -> RawCloud:
-    """Return what a file holds with the system that is given; one that it states goes before.
+    """Return a file's content with the given system, unless the file states its own.
 
     Raises
     ------
     DivespotError
-        What is given is no system, or pyproj is missing.
+        The text is not a reference system, or pyproj is missing.
 
     """
     if crs is None:

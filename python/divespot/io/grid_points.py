@@ -17,15 +17,15 @@ def points_of_grid(
     affine: tuple[float, float, float, float, float, float],
     first: tuple[int, int] = (0, 0),
 ) -> FloatArray:
-    """Return x, y, z in the middle of each cell, row by row.
+    """Return x, y, z of the centre of each cell, row by row.
 
     `affine` is a, b, c, d, e, f of ``x = a column + b row + c``, ``y = d column + e row + f``,
-    where whole numbers are the corners of cells; `first` are column and row of the first of them.
+    where integers are the corners of cells; `first` is the column and row of the first cell.
 
     Raises
     ------
     DivespotError
-        It gives cells no area.
+        The transform gives cells no area.
 
     """
     a, b, c, d, e, f = affine

@@ -1,4 +1,4 @@
-"""Headers of lines of text, before a body that may be binary."""
+"""Text headers before a body that may be binary."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LINE_END_TEXT = re.compile(r"\r\n|\n|\r")
 
 @dataclass(frozen=True)
 class TextHeader:
-    """A header's lines without the last one, what its last line says, and where the body begins."""
+    """A header: its lines except the last, the match of its last line, and the body's offset."""
 
     lines: list[str]
     word: str
@@ -22,8 +22,8 @@ class TextHeader:
 def find_header(data: bytes, last_line: bytes) -> TextHeader | None:
     """Return the header that ends with a line like the pattern `last_line`; None if there is none.
 
-    Lines may end in LF, CR LF or CR. A body that begins with the byte of an LF is told from the
-    second half of a CR LF by how the first line ends.
+    Lines may end in LF, CR LF or CR. The end of the first line decides whether an LF byte after
+    the header is the second half of a CR LF or the first byte of the body.
     """
     pattern = rb"(?:\A|[\r\n])[ \t]*" + last_line + rb"[ \t]*(?=[\r\n])"
     found = re.compile(pattern).search(data, 0, _MAX_HEADER_BYTES)

@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
     Buffer = bytes | mmap.mmap
 
-# Memory for one batch of unpacked records. Batches, because the count of a LAZ file cannot be
-# checked against its size beforehand.
+# Memory in bytes for one batch of unpacked records. Read in batches, since the point count of a LAZ
+# file cannot be checked against its size beforehand.
 _BATCH_BYTES = 32 << 20
 _COMPRESSED_BIT = 0x80
-# Where a header has its minor version, and the first one whose counts have eight bytes.
+# Offset of the minor version in a header, and the first one whose counts have eight bytes.
 _MINOR_VERSION, _WIDE_COUNTS = 25, 4
 _FIRST_LAYERED_FORMAT = 6
-# Record id under 'laszip encoded', and its first number for points that are compressed one by one.
+# Record id under 'laszip encoded', and its first number if points are compressed one by one.
 _LASZIP, _POINTWISE = 22204, 1
 # Record ids under 'LASF_Projection'.
 _WKT, _GEOKEYS, _DOUBLES, _ASCII = 2112, 34735, 34736, 34737
@@ -40,7 +40,7 @@ _CORRUPT = "not a readable LAS or LAZ file, truncated or corrupt ({})"
 
 
 def read_las(data: bytes, wanted: Wanted) -> RawCloud:
-    """Read scaled x, y, z of the points wanted, and the units that the reference system states."""
+    """Read scaled x, y, z of the wanted points, and the units that the reference system states."""
     if wanted.columns is not None:
         raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
     check_header(data)
@@ -58,10 +58,10 @@ def read_las(data: bytes, wanted: Wanted) -> RawCloud:
 
 
 def opened(stream: IO[bytes]) -> laspy.LasReader:
-    """Open a LAS file for what is read of it.
+    """Open a LAS file to read its points.
 
-    In one thread: lazrs with several aborts the process on a corrupt chunk table, and is no faster
-    here.
+    With one thread: with several, lazrs aborts the process on a corrupt chunk table, and is no
+    faster here.
     """
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
@@ -70,7 +70,7 @@ def opened(stream: IO[bytes]) -> laspy.LasReader:
 
 
 def selection() -> laspy.DecompressionSelection:
-    """Return which parts of a point are unpacked, where not all need be."""
+    """Return which fields of a point are unpacked, if not all are needed."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
     parts = laspy.DecompressionSelection
@@ -78,10 +78,10 @@ def selection() -> laspy.DecompressionSelection:
 
 
 def refused(err: BaseException) -> BaseException:
-    """Return what to raise for what laspy or lazrs raised.
+    """Return the exception to raise for one of laspy or lazrs.
 
-    They document no exceptions; whatever they raise, the bytes are at fault. A panic inside lazrs
-    arrives as a BaseException of a type that cannot be imported.
+    They document no exceptions; whatever they raise, the file is at fault. A panic in lazrs arrives
+    as a BaseException of a type that cannot be imported.
     """
     is_panic = type(err).__name__ == "PanicException"
     if isinstance(err, DivespotError) or not (isinstance(err, Exception) or is_panic):
@@ -90,13 +90,13 @@ def refused(err: BaseException) -> BaseException:
 
 
 def points_promised(data: Buffer) -> int:
-    """Return how many points a header promises; IndexError or struct.error where it ends early."""
+    """Return a header's point count; IndexError or struct.error if the header is incomplete."""
     kind, at = ("<Q", 247) if data[_MINOR_VERSION] >= _WIDE_COUNTS else ("<I", 107)
     return int(struct.unpack_from(kind, data, at)[0])
 
 
 def check_header(data: Buffer) -> None:
-    """Check all counts in the header against the file's size, before laspy believes them."""
+    """Check all counts in the header against the file's size before laspy uses them."""
     try:
         count = points_promised(data)
         header_size, start, vlrs, kind, stride = struct.unpack_from("<HIIBH", data, 94)
@@ -117,7 +117,7 @@ def check_header(data: Buffer) -> None:
 
 
 def _refuse_pointwise(data: Buffer, at: int, vlrs: int) -> None:
-    """Refuse points that are compressed one by one, of which there is no chunk table."""
+    """Refuse points that are compressed one by one, for which there is no chunk table."""
     for _ in range(vlrs):
         record, size = struct.unpack_from("<2H", data, at + 18)
         if record == _LASZIP and struct.unpack_from("<H", data, at + 54)[0] == _POINTWISE:
@@ -129,23 +129,23 @@ def _refuse_pointwise(data: Buffer, at: int, vlrs: int) -> None:
 
 
 def _table_offset(data: Buffer, start: int) -> int:
-    """Return where the chunk table begins, of points that begin at `start`."""
+    """Return where the chunk table begins, for points that begin at `start`."""
     offset: int = struct.unpack_from("<q", data, start)[0]
     if offset <= start:
-        # A writer that could not seek back puts it last.
+        # A writer that cannot seek stores the offset at the end of the file.
         offset = struct.unpack_from("<q", data, len(data) - 8)[0]
     return offset
 
 
 def _check_chunk_table(data: Buffer, start: int, count: int) -> None:
-    """Check the size of the chunk table; raises struct.error where there is none."""
+    """Check the size of the chunk table; raises struct.error if there is none."""
     _, chunks = struct.unpack_from("<II", data, max(_table_offset(data, start), start))
     if chunks > min(count, len(data)):
         raise DivespotError(f"its LAZ chunk table promises {chunks} chunks: it is corrupt")
 
 
 def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> None:
-    """Check the sizes from which lazrs allocates: of records, chunks and their layers."""
+    """Check the sizes from which lazrs allocates memory: of records, chunks and their layers."""
     import lazrs  # noqa: PLC0415  (import divespot stays light)
 
     start = header.offset_to_point_data
@@ -159,7 +159,7 @@ def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> No
     sizes = [vlr.chunk_size()] * len(table)
     if vlr.uses_variable_size_chunks():
         sizes = [counted for counted, _ in table]
-    # Behind the last chunk, lazrs takes whatever follows for one.
+    # Behind the last chunk, lazrs reads whatever follows as a chunk.
     if sum(sizes) < header.point_count:
         raise DivespotError(
             f"the header promises {header.point_count} points but its LAZ chunks hold {sum(sizes)}"
@@ -172,12 +172,12 @@ def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> No
 
 
 def check_layers(data: Buffer, header: laspy.LasHeader, chunk: tuple[int, int, int]) -> None:
-    """Check the layers of a chunk, which begins somewhere, has so many bytes and points."""
+    """Check the layers of a chunk, given where it begins, its bytes and its points."""
     if header.point_format.id < _FIRST_LAYERED_FORMAT:
         return
     at, size, count = chunk
-    # A chunk is a point, its count, and a size for each layer: first x with y, then z, class and
-    # flags.
+    # A chunk is a point, the number of points, and a size for each layer: x and y, z, class,
+    # flags and so on.
     promised, *layers = struct.unpack_from("<5I", data, at + header.point_format.size)
     if sum(layers) > size or promised != count:
         raise DivespotError("its LAZ layers and their chunk disagree: it is corrupt")
@@ -205,7 +205,7 @@ def _read_points(reader: laspy.LasReader, wanted: LasFilter, data: bytes) -> Flo
 
 
 def kept(points: Any, wanted: LasFilter, header: laspy.LasHeader) -> FloatArray:  # noqa: ANN401
-    """Return x, y, z of those points of a batch that are wanted."""
+    """Return x, y, z of the wanted points of a batch."""
     raw = stack([points.X, points.Y, points.Z])
     keeps = wanted.keeps(points)
     if not keeps.all():
@@ -214,8 +214,8 @@ def kept(points: Any, wanted: LasFilter, header: laspy.LasHeader) -> FloatArray:
 
 
 def scaled(raw: FloatArray, header: laspy.LasHeader) -> FloatArray:
-    """Return whole numbers as coordinates, in the same array."""
-    # A corrupt scale may overflow to inf, which a later stage drops and counts.
+    """Convert integers to coordinates, in the same array."""
+    # A corrupt scale may overflow to inf, which is dropped and counted later.
     with np.errstate(over="ignore", invalid="ignore"):
         raw *= header.scales
         raw += header.offsets
@@ -223,7 +223,7 @@ def scaled(raw: FloatArray, header: laspy.LasHeader) -> FloatArray:
 
 
 def read_crs(header: laspy.LasHeader) -> Crs:
-    """Return what the WKT record says, or else the GeoTIFF keys."""
+    """Return the system of the WKT record, or else of the GeoTIFF keys."""
     records = [*header.vlrs, *(header.evlrs or [])]
     projection = {v.record_id: v for v in records if v.user_id.strip("\0 ") == "LASF_Projection"}
     wkt = projection[_WKT].string.strip("\0 \n") if _WKT in projection else ""
@@ -233,7 +233,7 @@ def read_crs(header: laspy.LasHeader) -> Crs:
 
 
 def _geokeys(records: Mapping[int, Any]) -> dict[int, int | float | str]:
-    """Return GeoTIFF keys with their values looked up in the records that hold them."""
+    """Return GeoTIFF keys, with their values looked up in the records that hold them."""
     doubles = [d.value for d in records[_DOUBLES].doubles] if _DOUBLES in records else []
     text = (
         records[_ASCII].record_data_bytes().decode("ascii", "replace") if _ASCII in records else ""

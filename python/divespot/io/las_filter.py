@@ -1,4 +1,4 @@
-"""Which points of a LAS file are kept: by class, by return, and what is withheld."""
+"""Which points of a LAS file are kept: by class, by return, and not withheld."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class LasFilter:
-    """Judges batches of points, and counts."""
+    """Filters batches of points, and counts what it leaves out."""
 
     wanted: Wanted
     unwanted: int = 0
@@ -30,7 +30,7 @@ class LasFilter:
     def keeps(self, points: Any) -> NDArray[np.bool_]:  # noqa: ANN401 - laspy ships no types
         """Return which points of a batch are kept.
 
-        Points that are withheld are deleted ones (LAS 1.4 R15, table 16).
+        Withheld points count as deleted (LAS 1.4 R15, table 16).
         """
         classes = np.asarray(points.classification)
         found, counts = np.unique(classes, return_counts=True)
@@ -58,12 +58,12 @@ class LasFilter:
         return np.True_
 
     def told(self, kept: int) -> tuple[str, ...]:
-        """Return what was left out, a sentence each.
+        """Return how many points were left out and why, one sentence each.
 
         Raises
         ------
         DivespotError
-            Nothing was kept.
+            No point was kept.
 
         """
         left_out = (

@@ -1,4 +1,4 @@
-"""What a LAS or LAZ file of any size shows in less than a second: its header and some stretches."""
+"""A sample of a LAS or LAZ file of any size in under a second: its header and some stretches."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
     from divespot.io.wanted import Wanted
 
-#: Up to so many points all are read; of more, so many stretches of so many points.
+#: Up to this many points, all are read; of larger files, a number of stretches of some points.
 MOST, STRETCHES, STRETCH = 1_000_000, 40, 5_000
 
-#: Bytes that no file has.
+#: A file size that no file has.
 ANY_SIZE = 1 << 62
 
 #: How a LAS file begins.
@@ -39,14 +39,14 @@ def begins_as_las(file: Path) -> bool:
 
 
 def sample_las(file: Path, wanted: Wanted) -> RawCloud:
-    """Read some of a file's points, and what its header says of all of them.
+    """Read some of a file's points, and what its header states about all of them.
 
     Raises
     ------
     DivespotError
-        It is damaged, or none of the points is wanted.
+        The file is damaged, or no point is wanted.
     OSError
-        It cannot be read.
+        The file cannot be read.
 
     """
     with (
@@ -81,12 +81,12 @@ def sample_las(file: Path, wanted: Wanted) -> RawCloud:
 
 
 def _every_one(points: Any, _: LasFilter, header: laspy.LasHeader) -> FloatArray:  # noqa: ANN401 - untyped
-    """Return x, y, z of a batch, whatever its points are."""
+    """Return x, y, z of all points of a batch, whatever their class."""
     return las.scaled(stack([points.X, points.Y, points.Z]), header)
 
 
 def _some(reader: laspy.LasReader, wanted: Wanted) -> Iterator[Any]:
-    """Yield all points, or stretches that are spread over the file and begin with chunks."""
+    """Yield all points, or stretches spread over the file that begin with a chunk."""
     count, stretches = reader.header.point_count, wanted.stretches or STRETCHES
     if count <= (MOST if wanted.stretches is None else stretches * STRETCH):
         yield _stretch(reader, 0, count)
@@ -97,7 +97,7 @@ def _some(reader: laspy.LasReader, wanted: Wanted) -> Iterator[Any]:
 
 
 def _chunk_size(reader: laspy.LasReader) -> int:
-    """Return how many points are compressed together: reading begins with the first of them."""
+    """Return how many points are compressed together: reading must begin with the first one."""
     if not reader.header.are_points_compressed:
         return 1
     import lazrs  # noqa: PLC0415  (import divespot stays light)

@@ -1,4 +1,4 @@
-"""Stretches of LAS files: what is read at a time, by one of several threads or machines."""
+"""Stretches of LAS files: the amount read at a time, by one of several threads or machines."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
     Rectangle = tuple[float, float, float, float]
 
-#: Points of a stretch, about: a twentieth of a second of work, and 20 MB.
+#: Approximate number of points per stretch: a twentieth of a second of work, and 20 MB.
 STRETCH = 250_000
 
-#: Points of a chunk of LAZ, at most: it is unpacked whole, here into half a gigabyte.
+#: Most points of a LAZ chunk, which is unpacked whole: half a gigabyte.
 MOST_OF_CHUNK = 2**24
 
 _FIRST_EXTENDED_FORMAT = 6
@@ -34,18 +34,18 @@ _FIRST_EXTENDED_FORMAT = 6
 
 @dataclass(frozen=True)
 class Layout:
-    """How the points of a file are kept.
+    """How the points of a file are stored.
 
     Attributes
     ----------
     size
-        Bytes of a record.
+        Bytes per record.
     is_extended
-        Whether records are of format 6 or higher.
+        Whether the record format is 6 or higher.
     scales, offsets
-        How whole numbers become coordinates.
+        Conversion of integers to coordinates.
     packed
-        How they are compressed, as LASzip has it; None where they are not.
+        LASzip's description of the compression; None if points are not compressed.
 
     """
 
@@ -57,7 +57,7 @@ class Layout:
 
     @classmethod
     def of(cls, header: laspy.LasHeader) -> Layout:
-        """Return what a header says."""
+        """Return the layout that a header describes."""
         packed = None
         if header.are_points_compressed:
             packed = bytes(header.vlrs.get("LasZipVlr")[0].record_data)
@@ -72,7 +72,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Points side by side in a file: the byte they begin at, points and bytes of each chunk."""
+    """Consecutive points in a file: the byte where they begin, points and bytes of each chunk."""
 
     path: str
     at: int
@@ -81,18 +81,18 @@ class Stretch:
 
     @property
     def count(self) -> int:
-        """How many points."""
+        """Number of points."""
         return sum(count for count, _ in self.chunks)
 
 
 def stretches_of(path: str, plan: Rectangle | None = None) -> list[Stretch]:
-    """Return the stretches of a file, all counts in it checked.
+    """Return the stretches of a file, after checking all its counts.
 
     Parameters
     ----------
     path
     plan
-        A rectangle in the file's numbers: of a COPC file, only chunks that meet it.
+        A rectangle in the file's numbers: of a COPC file, only chunks that meet it are returned.
 
     Raises
     ------
@@ -142,7 +142,7 @@ class _Chunk:
 
 
 def _records(header: laspy.LasHeader) -> list[_Chunk]:
-    """Return stretches of records that are not compressed."""
+    """Return stretches of uncompressed records."""
     size, points = header.point_format.size, header.point_count
     counts = ((begin, min(STRETCH, points - begin)) for begin in range(0, points, STRETCH))
     start = header.offset_to_point_data
@@ -152,7 +152,7 @@ def _records(header: laspy.LasHeader) -> list[_Chunk]:
 def _chunks(
     stream: IO[bytes], size: int, header: laspy.LasHeader, plan: Rectangle | None
 ) -> list[_Chunk]:
-    """Return the chunks that are wanted, in the order of the file."""
+    """Return the wanted chunks, in the order of the file."""
     found, left = [], header.point_count
     for at, held, count in copc.chunk_table(stream, header):
         found.append(_Chunk(at, min(count, left), held))
@@ -172,7 +172,7 @@ def _chunks(
 
 
 def _grouped(chunks: list[_Chunk]) -> Iterator[list[_Chunk]]:
-    """Yield chunks that stand side by side, of about as many points as a stretch has."""
+    """Yield groups of consecutive chunks, each with about as many points as a stretch."""
     some: list[_Chunk] = []
     for chunk in chunks:
         is_next = some and some[-1].at + some[-1].size == chunk.at
@@ -213,7 +213,7 @@ def records_of(stretch: Stretch) -> NDArray[np.uint8]:
 
 
 def _unpacked(data: bytes, stretch: Stretch) -> NDArray[np.uint8]:
-    """Unpack chunk by chunk: with several at once, lazrs would take threads of its own."""
+    """Unpack chunk by chunk; for several chunks at once, lazrs would start its own threads."""
     import lazrs  # noqa: PLC0415  (import divespot stays light)
 
     layout, selection = stretch.layout, las.selection().to_lazrs()

@@ -20,23 +20,23 @@ Path = str | os.PathLike[str]
 
 
 def are_paths(source: Any) -> TypeGuard[Sequence[Path]]:  # noqa: ANN401 - what a user gives
-    """Return whether these are paths, one at least."""
+    """Return whether the argument is a list of one or more paths."""
     is_listed = isinstance(source, list | tuple) and len(source) > 0
     return is_listed and all(isinstance(path, str | os.PathLike) for path in source)
 
 
 def paths_of(source: Any) -> list[str]:  # noqa: ANN401 - as above
-    """Return the paths of a survey, of one file or of several."""
+    """Return the paths of a survey of one or more files."""
     return [os.fsdecode(path) for path in (source if are_paths(source) else [source])]
 
 
 def merged(scans: Sequence[Scan]) -> Scan:
-    """Return all points of scans in one frame and unit.
+    """Return all points of several scans in one frame and unit.
 
     Raises
     ------
     DivespotError
-        Two of them state different units or reference systems.
+        Two scans state different units or reference systems.
 
     """
     first = scans[0]
@@ -77,7 +77,7 @@ def _require_same(first: Scan, other: Scan) -> None:
 
 
 def _short(crs: str | None) -> str:
-    """Return what a system calls itself."""
+    """Return the name of a reference system."""
     text = " ".join((crs or "").split())
     return text.split('"')[1][:60] if text.count('"') > 1 else text[:60]
 
@@ -102,5 +102,5 @@ def _without_system(scans: Sequence[Scan]) -> tuple[str, ...]:
 
 
 def named(names: Sequence[str]) -> str:
-    """Return the first of some names, and how many there are beside it."""
+    """Return the first of some names, and the number of others."""
     return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Points that are taken of a surface: as many as a depth camera's frame has, more where a mesh has
-#: more triangles, up to what two seconds measure.
+#: Number of points sampled on a surface: as many as a depth camera's frame has, or more for more
+#: triangles, up to what takes two seconds to measure.
 FEWEST, MOST = 400_000, 4_000_000
 
-#: A mesh of more triangles is none that was written to be read whole.
+#: Meshes with more triangles are refused.
 MOST_TRIANGLES = 50_000_000
 
-#: Steps of the sequence R2 (M. Roberts, 2018), which fills a square evenly however long it is:
+#: Steps of the sequence R2 (M. Roberts, 2018), which fills a square evenly for any number of terms:
 #: powers of 1 / 1.3247..., the root of x**3 = x + 1.
 R2 = (0.7548776662466927, 0.5698402909980532)
 
@@ -36,7 +36,7 @@ _GLB_HEAD = 20
 
 
 def reader(kind: str, unit: str | None = None) -> Callable[[bytes], RawCloud]:
-    """Return what reads the meshes of one of trimesh's formats."""
+    """Return a reader for one of trimesh's formats."""
 
     def read(data: bytes) -> RawCloud:
         if kind in _CHECKS:
@@ -52,11 +52,11 @@ def triangles_of(data: bytes, kind: str) -> FloatArray:
     Raises
     ------
     DivespotError
-        trimesh is missing, or cannot read it, or there are none.
+        trimesh is missing or cannot read the file, or there are no triangles.
 
     """
     trimesh = extra("trimesh", "mesh", "a mesh needs trimesh")
-    # What it logs would be printed where nobody handles it; what matters is raised.
+    # trimesh's log messages would be printed if nobody handles them; its errors are raised anyway.
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
     try:
         scene = trimesh.load_scene(
@@ -87,12 +87,12 @@ def _triangles(scene: Any) -> FloatArray:  # noqa: ANN401 - trimesh's own types 
 
 
 def points_on(triangles: FloatArray) -> FloatArray:
-    """Return points that lie evenly on triangles: as many on each as its area asks for.
+    """Return points that are spread evenly over triangles, in proportion to their areas.
 
     Raises
     ------
     DivespotError
-        They have no area.
+        The triangles have no area.
 
     """
     known = triangles[np.isfinite(triangles).all(axis=(1, 2))]
@@ -111,7 +111,7 @@ def points_on(triangles: FloatArray) -> FloatArray:
 
 
 def _evenly(place: NDArray[np.int64]) -> FloatArray:
-    """Return shares along two sides of a triangle, shape (n, 2), which add up to 1 at most."""
+    """Return fractions along two sides of a triangle, shape (n, 2), with sums of at most 1."""
     share = (0.5 + place[:, None] * np.array(R2)) % 1.0
     return np.asarray(np.where(share.sum(axis=1, keepdims=True) > 1.0, 1.0 - share, share))
 
@@ -123,7 +123,7 @@ def _check_stl(data: bytes) -> None:
 
 
 def _check_glb(data: bytes) -> None:
-    """Check the counts from which arrays are made, of which none needs to be in the file."""
+    """Check the counts from which arrays are made, since their data need not be in the file."""
     try:
         (size,) = struct.unpack_from("<I", data, 12)
         parsed = json.loads(data[_GLB_HEAD : _GLB_HEAD + size])

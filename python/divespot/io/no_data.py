@@ -1,4 +1,4 @@
-"""Heights that stand for no data."""
+"""Heights that mean no data."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from divespot.numbers import rounded
 if TYPE_CHECKING:
     from divespot.io.scan import FloatArray
 
-#: What writers of rasters put where nothing is known, whatever their unit.
+#: Usual no-data codes of raster writers, in any unit.
 CODES = (-9999.0, -99999.0, -999999.0, -32767.0, -32768.0, 32767.0, 9999.0, 99999.0, -999.0)
 
-#: Heights beyond this are the largest number of a float, not a place.
+#: Heights beyond this are the largest float, not a position.
 LARGEST = 1e30
 
-#: Fewest points that share a height for it to stand for no data: strays do not coincide.
+#: Fewest points with the same height for it to mean no data: outliers do not coincide.
 FEWEST = 10
 
-#: Such a height lies farther from all others than so many times their span.
+#: A no-data height is farther from all others than this many times their span.
 SPANS = 10.0
 
 
 def without_no_data(xyz: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return points with NaN for a height that means no data, and what was replaced.
+    """Return points with NaN for no-data heights, and a warning about them.
 
-    It is the lowest or the highest of all heights, many points share it to the last digit, and it
-    lies far from all others: farther than the scene is wide, or, for a number that is a usual
-    code, than ten times the span of the others.
+    A no-data height is the lowest or the highest one, shared by many points to the last digit, and
+    far from all others: farther than the scene is wide, or, for one of the usual codes, than ten
+    times the span of the others.
     """
     told: list[str] = []
     if not _shared(xyz):
@@ -50,14 +50,14 @@ def without_no_data(xyz: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
 
 
 def _shared(xyz: FloatArray) -> bool:
-    """Return whether many points share the lowest or the highest of all heights."""
+    """Return whether many points share the lowest or the highest height."""
     _, _, lowest, highest = _native.outermost(xyz, 0)
     return max(lowest, highest) >= FEWEST
 
 
 def _code(xyz: FloatArray, outermost: np.ufunc) -> float | None:
-    """Return the lowest or highest height where it means no data."""
-    heights = np.ascontiguousarray(xyz[:, 2])  # several times as fast to look at
+    """Return the lowest or the highest height if it means no data."""
+    heights = np.ascontiguousarray(xyz[:, 2])  # several times as fast to search
     height = float(outermost.reduce(heights))
     same = heights == height
     if not np.isfinite(height) or np.count_nonzero(same) < FEWEST:

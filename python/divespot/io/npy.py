@@ -1,4 +1,4 @@
-"""NPY and NPZ, never pickled."""
+"""NPY and NPZ, without pickled objects."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _POINTS_KEYS = ("points", "xyz", "arr_0")
-# Axes of an array of pixels, with x, y and z along the last one or as its fields.
+# Axes of an array of pixels, with x, y and z along the last axis or as fields.
 _PIXEL_AXES, _PIXEL_AXES_OF_FIELDS = 3, 2
 _SHAPES = "(n, 3 or more), (h, w, 3 or more), or a structured array with fields x, y, z"
 
@@ -31,7 +31,7 @@ def read_npy(data: bytes) -> RawCloud:
 def read_npz(data: bytes) -> RawCloud:
     """Read the array named points, xyz or arr_0, or else the only one; or arrays x, y, z.
 
-    Other arrays are not touched: they may well be pickled.
+    Other arrays are not read: they may be pickled.
     """
     with open_zip(data) as archive:
         members = {m.filename[:-4]: m for m in archive.infolist() if m.filename.endswith(".npy")}
@@ -40,14 +40,14 @@ def read_npz(data: bytes) -> RawCloud:
 
 
 def _raw(array: NDArray[Any]) -> RawCloud:
-    """Return an array's points; an array of pixels has rows and columns."""
+    """Return an array's points; an array of pixels has a raster."""
     axes = _PIXEL_AXES if array.dtype.names is None else _PIXEL_AXES_OF_FIELDS
     pixels = array.ndim == axes and min(array.shape[:2]) > 1
     return RawCloud(_xyz(array), raster=array.shape[:2] if pixels else None)
 
 
 def _chosen(names: list[str]) -> list[str]:
-    """Return the one array that holds the points, or the three that do."""
+    """Return the name of the array that holds the points, or the three names of x, y and z."""
     for axes in (["x", "y", "z"], ["X", "Y", "Z"]):
         if all(axis in names for axis in axes):
             return axes
@@ -66,17 +66,17 @@ def _load(data: bytes) -> NDArray[Any]:
         array: NDArray[Any] = npy_format.read_array(BytesIO(data), allow_pickle=False)
     except DivespotError:
         raise
-    # The header is a Python literal, and NumPy lets through what its parser raises on garbage.
+    # The header is a Python literal; NumPy passes on any exception of its parser.
     except Exception as err:  # noqa: BLE001
         raise DivespotError(f"not a readable NPY array, truncated or corrupt ({err})") from None
     return array
 
 
 def _check_size(data: bytes) -> None:
-    """Compare the header with the bytes that follow it; raises what NumPy raises on bad headers."""
+    """Compare the header with the bytes that follow it; raises NumPy's errors on bad headers."""
     stream = BytesIO(data)
     version = npy_format.read_magic(stream)
-    # Version 3 differs from 2 in the encoding of field names alone.
+    # Version 3 differs from 2 only in the encoding of field names.
     parse = (
         npy_format.read_array_header_1_0 if version[0] == 1 else npy_format.read_array_header_2_0
     )

@@ -12,19 +12,19 @@ from divespot.errors import DivespotError
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 #: zlib's window for a GZIP header.
 _GZIP_BITS = 31
-#: Largest ratio of unpacked to packed size; what claims more is unpacked only up to so many bytes.
+#: Largest ratio of unpacked to packed size, and the size in bytes up to which it does not matter.
 _LARGEST_RATIO, _ALWAYS_BYTES = 100, 256 << 20
 
 
 def unpacked(path: PurePath, data: bytes) -> tuple[PurePath, bytes]:
-    """Return name and bytes of the scan inside; path and data themselves where it is not packed.
+    """Return name and bytes of the scan inside; path and data themselves if it is not packed.
 
-    An NPZ file is a ZIP file too, and stays as it is.
+    An NPZ file is a ZIP file too, and is returned as it is.
 
     Raises
     ------
     DivespotError
-        It is damaged, holds several files, or would become too large.
+        The file is damaged, holds several files, or would become too large.
 
     """
     if data.startswith(_GZIP):
@@ -36,7 +36,7 @@ def unpacked(path: PurePath, data: bytes) -> tuple[PurePath, bytes]:
 
 
 def require_size(unpacked_bytes: int, packed_bytes: int) -> None:
-    """Raise DivespotError where so little cannot hold so much of a scan."""
+    """Raise DivespotError if a file would unpack to implausibly many bytes."""
     if unpacked_bytes > max(_largest(packed_bytes), _ALWAYS_BYTES):
         raise DivespotError(
             f"it would unpack to {unpacked_bytes >> 20} MB, over {_LARGEST_RATIO} times its size: "
@@ -85,28 +85,28 @@ def _is_litter(member: zipfile.ZipInfo) -> bool:
 
 
 def open_zip(data: bytes) -> zipfile.ZipFile:
-    """Return an archive.
+    """Open an archive.
 
     Raises
     ------
     DivespotError
-        It is damaged.
+        The archive is damaged.
 
     """
     try:
         return zipfile.ZipFile(BytesIO(data))
-    # zipfile documents no exceptions, and on damaged archives raises a dozen kinds.
+    # zipfile documents no exceptions, and raises a dozen kinds on damaged archives.
     except Exception as err:  # noqa: BLE001
         raise _not_readable(err) from None
 
 
 def read_member(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
-    """Return the bytes of a member whose size is no lie.
+    """Return the bytes of a member, after checking its stated size.
 
     Raises
     ------
     DivespotError
-        It is damaged, encrypted or too large.
+        The member is damaged, encrypted or too large.
 
     """
     require_size(member.file_size, member.compress_size)
@@ -114,7 +114,7 @@ def read_member(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
         return archive.read(member)
     except MemoryError:
         raise
-    # As above; RuntimeError is an encrypted one.
+    # As above; an encrypted archive raises RuntimeError.
     except Exception as err:  # noqa: BLE001
         raise _not_readable(err) from None
 

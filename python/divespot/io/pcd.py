@@ -1,8 +1,8 @@
 """PCD (Point Cloud Library), ascii, binary and binary_compressed.
 
-Read here and not by pypcd4: it takes fewer points than the header promises without a word,
-allocates what a header asks for before looking at the file, refuses headers that PCL accepts
-(version .6, no COUNT, two blanks in a row) and brings pydantic along.
+Not read with pypcd4, which takes fewer points than the header promises without an error, allocates
+what a header asks for before it looks at the file, refuses headers that PCL accepts (version .6,
+no COUNT, two blanks in a row) and depends on pydantic.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _TYPES = {
     *(("F", size) for size in (4, 8)),
     *((kind, size) for kind in "IU" for size in (1, 2, 4, 8)),
 }
-# The quaternion w, x, y, z of a sensor that is not turned.
+# The quaternion w, x, y, z of a sensor without rotation.
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 
 Place: TypeAlias = tuple[float, float, float]
@@ -91,7 +91,7 @@ def _parse_header(data: bytes) -> _Header:
     entries = {words[0]: words[1:] for words in map(str.split, lines) if words}
     try:
         fields = _parse_fields(entries)
-        # Before version .7 a file may tell the number of its points alone.
+        # Before version .7 a file may state only the number of its points.
         width = int(entries["WIDTH" if "WIDTH" in entries else "POINTS"][0])
         height = int(entries.get("HEIGHT", ["1"])[0])
         shape = width * height
@@ -109,7 +109,7 @@ def _parse_header(data: bytes) -> _Header:
 
 
 def _viewpoint(words: list[str]) -> Place | None:
-    """Return where the sensor stood; None of what writers say who do not know, or of nonsense."""
+    """Return the sensor's position; None for values that mean unknown, or for invalid ones."""
     try:
         x, y, z, *turn = (float(word) for word in words)
     except ValueError:
@@ -119,7 +119,7 @@ def _viewpoint(words: list[str]) -> Place | None:
 
 
 def _parse_fields(entries: dict[str, list[str]]) -> list[_Field]:
-    """Return the fields; version .5 calls them COLUMNS, and float32 is PCL's default."""
+    """Return the fields; version .5 calls them COLUMNS, and PCL's default is float32."""
     names = entries["FIELDS"] if "FIELDS" in entries else entries["COLUMNS"]
     kinds = entries.get("TYPE", ["F"] * len(names))
     sizes = [int(size) for size in entries.get("SIZE", ["4"] * len(names))]
@@ -138,7 +138,7 @@ def _require_types(fields: list[_Field]) -> None:
 
 
 def _offsets(fields: list[_Field], scale: int = 1) -> dict[str, tuple[str, int]]:
-    """Return type and byte offset of each field, each of them `scale` records wide."""
+    """Return type and byte offset of each field, with each field `scale` values wide."""
     found: dict[str, tuple[str, int]] = {}
     at = 0
     for f in fields:
@@ -173,7 +173,7 @@ def _read_binary(data: bytes, header: _Header) -> FloatArray:
 
 
 def _read_compressed(data: bytes, header: _Header) -> FloatArray:
-    """Read the fields one after the other, each of them for all points, under LZF."""
+    """Read fields stored one after the other, each for all points, compressed by LZF."""
     body = _decompress(data, header)
     offsets = _offsets(header.fields, header.points)
     axes = (offsets[axis] for axis in axes_of(offsets, "PCD fields"))

@@ -1,8 +1,8 @@
 """PLY (Stanford polygon format), ascii and both binaries.
 
-Read here and not by a library: plyfile is GPL; trimesh refuses a cloud whose faces differ in size,
-meshio one with 16-bit properties, further elements or, in ascii, any order but x, y, z. What
-remains is a header of a few lines and one NumPy call.
+Not read with a library: plyfile is GPL; trimesh refuses a cloud whose faces differ in size; meshio
+refuses 16-bit properties, further elements or, in ascii, any order but x, y, z. What is needed is a
+header of a few lines and one NumPy call.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ _TYPES = {
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
-#: What the corners of faces are called.
+#: Names of the list of a face's corners.
 INDICES = {"vertex_indices", "vertex_index"}
 
-#: A surface has about two triangles a vertex, one of squares one face.
+#: A surface has about two triangles per vertex, or one square.
 FACE_SHARE = 0.5
 
 #: The fewest bytes of a face: "3 0 1 2", or a count and three bytes.
@@ -101,7 +101,7 @@ def read_ply(data: bytes) -> RawCloud:
     require_bytes(FACE_BYTES * faces.count, len(data) - header.size, vertex.count)
     if not is_installed("trimesh"):
         told = (
-            f"its {faces.count} faces were passed over and its vertices taken: "
+            f"its {faces.count} faces were ignored and only its vertices read: "
             "to measure its surface, pip install divespot[mesh]"
         )
         return RawCloud(xyz, warnings=(told,))
@@ -109,7 +109,7 @@ def read_ply(data: bytes) -> RawCloud:
 
 
 def _make_a_surface(faces: _Element, vertex: _Element) -> bool:
-    """Return whether a file is a mesh, not a cloud beside a few faces."""
+    """Return whether a file is a mesh, not a cloud with a few faces."""
     lists = {p.name for p in faces.properties if p.length_dtype is not None}
     return bool(lists & INDICES) and faces.count >= FACE_SHARE * vertex.count
 
@@ -138,7 +138,7 @@ def _parse_header(data: bytes) -> _Header:
 
 
 def _add(elements: list[_Element], words: list[str]) -> None:
-    """Take one 'element' or 'property' line; raises KeyError, IndexError, ValueError if neither."""
+    """Parse an 'element' or 'property' line; KeyError, IndexError or ValueError for others."""
     match words:
         case ["element", name, count] if count.isdecimal():
             elements.append(_Element(name, int(count)))
@@ -180,9 +180,9 @@ def _read_ascii(
 
 
 def _tokens(rows: list[str], elements: list[_Element], vertex: _Element) -> list[str] | None:
-    """Return a row a vertex, wherever lines end; None where the values are not as many as needed.
+    """Return one row per vertex, wherever lines end; None if the number of values is wrong.
 
-    What writes several lines a vertex does so for all of them.
+    Programs that write several lines per vertex do so for all vertices.
     """
     tokens = itertools.chain.from_iterable(row.split() for row in rows)
     found: list[str] = []
@@ -197,7 +197,7 @@ def _tokens(rows: list[str], elements: list[_Element], vertex: _Element) -> list
 
 
 def _values(tokens: Iterator[str], element: _Element) -> list[str] | None:
-    """Return the values of one row of an element; None where they are not there."""
+    """Return the values of one row of an element; None if some are missing."""
     values: list[str] = []
     for p in element.properties:
         times = 1

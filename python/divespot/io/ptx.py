@@ -1,4 +1,4 @@
-"""PTX (Leica): scans as text, each with its raster, its place and its motion, in metres."""
+"""PTX (Leica): scans as text, each with raster, scanner position and transformation, in metres."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def _row(count: int) -> bytes:
     return rb"[ \t]+".join([_NUMBER] * count) + _END
 
 
-#: Columns and rows; the scanner's place and its axes; the matrix, applied to rows x, y, z, 1.
+#: Columns and rows; the scanner's position and axes; the matrix, applied to rows x, y, z, 1.
 BEGINS = re.compile(rb"\s*" + (rb"\d+" + _END) * 2 + _row(3) * 4 + _row(4) * 4)
 _HEADER_LINES, _MATRIX_LINES = 10, slice(6, 10)
 
 
 def read_ptx(data: bytes) -> RawCloud:
-    """Read x, y, z of all scans of a PTX file, in its common frame; pixels without one are zero."""
+    """Read x, y, z of all scans of a PTX file, in its common frame; empty pixels are zero."""
     rows, numbers = number_rows(split_lines(data), 1)
     setups, at = [], 0
     while at < len(rows):
@@ -36,7 +36,7 @@ def read_ptx(data: bytes) -> RawCloud:
 
 
 def _setup(rows: list[str], numbers: list[int], at: int) -> tuple[Setup, int]:
-    """Return the scan whose header begins at a row, and where the next one does."""
+    """Return the scan whose header begins at row `at`, and where the next one begins."""
     begin = at + _HEADER_LINES
     header, line = rows[at:begin], numbers[at]
     count = _count(header, line)

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     Span = tuple[int, int]
 
 
-#: Of rasters of more cells, those outside of what is wanted are not unpacked.
+#: Of rasters with more cells, those outside the wanted rectangle are not unpacked.
 MANY_CELLS = 2**23
 
 
 def reader(driver: str) -> Callable[[bytes, Rectangle | None], RawCloud]:
-    """Return what reads the rasters of one of GDAL's drivers, and never those of another."""
+    """Return a reader for rasters of one of GDAL's drivers, and no other."""
 
     def read(data: bytes, plan: Rectangle | None) -> RawCloud:
         rasterio = extra("rasterio", "raster", "a raster of heights needs rasterio")
@@ -35,7 +35,7 @@ def reader(driver: str) -> Callable[[bytes, Rectangle | None], RawCloud]:
                 return _cells(source, len(data), plan)
         except (DivespotError, MemoryError):
             raise
-        # rasterio lets through what GDAL raises, of a dozen kinds.
+        # rasterio passes on a dozen kinds of GDAL's exceptions.
         except Exception as err:  # noqa: BLE001
             raise DivespotError(f"not a readable raster, truncated or corrupt ({err})") from None
 
@@ -43,7 +43,7 @@ def reader(driver: str) -> Callable[[bytes, Rectangle | None], RawCloud]:
 
 
 def _cells(source: Any, size: int, plan: Rectangle | None) -> RawCloud:  # noqa: ANN401 - rasterio ships no types
-    """Return the middle of each cell; a cell without data has no height."""
+    """Return the centre of each cell; a cell without data has no height."""
     kind = np.dtype(source.dtypes[0])
     if kind.kind not in "iuf" or kind.itemsize == 1:
         raise DivespotError(f"it holds {source.count} bands of {kind}, a picture: need heights")
@@ -63,7 +63,7 @@ def _cells(source: Any, size: int, plan: Rectangle | None) -> RawCloud:  # noqa:
 
 
 def _window(source: Any, plan: Rectangle | None) -> tuple[Span, Span]:  # noqa: ANN401
-    """Return the columns and the rows of a large raster that meet a rectangle; all of others."""
+    """Return the columns and rows of a large raster that meet a rectangle; of a small one, all."""
     whole = (0, source.width), (0, source.height)
     if plan is None or source.width * source.height <= MANY_CELLS:
         return whole

@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 
-#: A table wider than 64 columns is an image, and so is one of 16 or more that is less than four
+#: A table wider than 64 columns is an image; so is one of 16 or more columns that is less than four
 #: times as high as wide.
 _IMAGE_COLUMNS, _TABLE_COLUMNS, _TALL = 16, 64, 4
 
 
 def axes_of(names: Iterable[str], what: str) -> tuple[str, str, str]:
-    """Return which of `names` are x, y and z, in small letters or, if there are none, capitals.
+    """Return which of `names` are x, y and z, in lower case or, if there are none, in capitals.
 
     Raises
     ------
     DivespotError
-        One of them is missing.
+        One of x, y, z is missing.
 
     """
     known = list(names)
@@ -38,7 +38,7 @@ def axes_of(names: Iterable[str], what: str) -> tuple[str, str, str]:
 
 
 def refuse_image(rows: int, columns: int) -> None:
-    """Raise DivespotError where a table is as wide as only images are."""
+    """Raise DivespotError if a table is as wide as only images are."""
     if rows == 3 and columns > _TABLE_COLUMNS:
         raise DivespotError(
             f"it holds 3 rows of {columns} numbers: transposed, a row a point, is needed"
@@ -52,7 +52,7 @@ def refuse_image(rows: int, columns: int) -> None:
 
 
 def require_bytes(needed: int, held: int, count: int) -> None:
-    """Raise DivespotError where a header promises more than the file holds.
+    """Raise DivespotError if a header promises more than the file holds.
 
     Called before anything of that size is allocated.
     """
@@ -73,7 +73,7 @@ def unpack_records(
     data : bytes
     offset, count, stride : int
     fields : mapping of str to (str, int)
-        NumPy type, with byte order, and byte offset inside the record, for at least x, y, z.
+        For at least x, y, z: NumPy type, with byte order, and byte offset inside the record.
 
     Returns
     -------

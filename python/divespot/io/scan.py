@@ -16,11 +16,11 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Whole:
-    """What the header of a file says of all its points, of which only some were read.
+    """What a file's header states about all its points, if only a sample was read.
 
-    `low` and `high` are the corners of the box around them, in the file's numbers; `classes` are
-    those of the points that were read, with how many there are; `metres` are those to the unit of
-    x, y and z.
+    `low` and `high` are the corners of the box around all points, in the file's numbers; `classes`
+    counts the sampled points of each class; `metres` is the number of metres per unit of x, y and
+    z.
     """
 
     points: int
@@ -32,10 +32,10 @@ class Whole:
 
 @dataclass(frozen=True)
 class Streamed:
-    """How a scan was read in one pass, of which voxels were kept.
+    """How a scan was read in one pass, keeping only voxels.
 
-    `points` were wanted, of which `nonfinite` and `zero` were of no use; `voxel_m` is the edge of
-    the voxels whose means the scan's points are.
+    `points` were wanted, of which `nonfinite` and `zero` were unusable; `voxel_m` is the edge of
+    the voxels whose means are the scan's points.
     """
 
     points: int
@@ -46,34 +46,34 @@ class Streamed:
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """How the frames of a scan were put together, and how well they fit.
+    """The registration of a scan's frames, and its uncertainty.
 
     Attributes
     ----------
     frames
-        Frames that are in the scan.
+        Number of frames in the scan.
     u_height_m
-        Standard uncertainty of heights above the floor that a whole pile has in common: from the
+        Standard uncertainty of heights above the floor that is common to a whole pile, from the
         covariance of the poses.
     u_place_m, place_m
-        Standard uncertainty of heights that a place so wide has in common: from what frames differ
-        by where they overlap. A pile many places wide averages it.
+        Standard uncertainty of heights common to places of this width, from the differences
+        between frames where they overlap. Over a pile many places wide it averages out.
     u_scale
-        Relative standard uncertainty of volumes by the camera's offset.
+        Relative standard uncertainty of volumes due to the camera's offset.
     between_m
         Standard deviation of single frames about their mean.
     offset_m, u_offset_m
-        What was added to all ranges, and its standard uncertainty.
+        Offset that was added to all ranges, and its standard uncertainty.
     loops
-        Pairs of frames that see the same and are no neighbours in time.
+        Pairs of overlapping frames that are not neighbours in time.
     left_out
-        Names of the frames that fit nowhere.
+        Names of frames that could not be registered.
     poses
-        From each frame's camera into the scan, (4, 4); None where it was left out.
+        Pose (4, 4) from each frame's camera to the scan; None if the frame was left out.
     times_s
-        When each frame was taken, where that is known.
+        Time of each frame, if known.
     is_still
-        Whether the camera stood still, and its frames were averaged.
+        Whether the camera did not move, and its frames were averaged.
     """
 
     frames: int
@@ -93,44 +93,44 @@ class Registration:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Points in metres, and what is known about where they came from.
+    """Points in metres, and their origin.
 
     Attributes
     ----------
     points : ndarray, shape (n, 3), float64, C-contiguous
-        x, y, z in metres, in the file's order and frame. Rows that are not finite and (0, 0, 0)
-        rows are still there; a height that means no data is NaN.
+        x, y, z in metres, in the file's order and frame, including rows that are not finite or
+        are (0, 0, 0); no-data heights are NaN.
     path : str or None
-        The file, or None for points that never were in one.
+        The file, or None for points that did not come from one.
     unit : str
-        The unit of the file's numbers, a key of `divespot.io.UNITS`. Divide metres by
-        ``UNITS[unit]`` to get back to it.
+        The unit of the file's numbers, a key of `divespot.io.UNITS`. Metres divided by
+        ``UNITS[unit]`` are the file's numbers.
     unit_stated : bool
-        Whether the file or the caller said so. If not, metres were assumed.
+        Whether the file or the caller stated the unit. If not, metres were assumed.
     crs : str or None
-        The coordinate reference system in the file's own words: WKT, ``EPSG:<code>`` or a name.
+        The coordinate reference system as the file writes it: WKT, ``EPSG:<code>`` or a name.
     warnings : tuple of str
-        What a user should know about the file, a sentence each.
+        What a user should know about the file, one sentence each.
     projected : bool
         Whether the reference system is a projected one, where z is up.
     viewpoint_m : tuple of float or None
-        Where the file says that the sensor stood, in metres.
+        The sensor's position in metres, if the file states it.
     raster : tuple of int or None
-        Rows and columns, where the points are the pixels of a frame, row by row.
+        Rows and columns, if the points are the pixels of a frame, row by row.
     quantum_m : tuple of float
-        The steps in metres to which x, y and z were rounded, 0 where none is seen.
+        The steps in metres to which x, y and z were rounded, 0 if there is no rounding.
     format : str or None
-        What the file is: ``"PLY"``, ``"LAS/LAZ"``.
+        The file's format: ``"PLY"``, ``"LAS/LAZ"``.
     files : tuple of str
-        All files, where several were merged; `path` is the first of them.
+        All files, if several were merged; `path` is the first of them.
     whole : Whole or None
-        What the file says of all its points, where it was asked to look at some.
+        What the file states about all its points, if only a sample was read.
     sensors_m : ndarray, shape (n, 3), or None
-        Where the camera stood in each frame, of a scan that was fused from some.
+        The camera's position in each frame, if the scan was fused from frames.
     registration : Registration or None
-        How its frames were put together.
+        The registration of its frames.
     streamed : Streamed or None
-        How it was read in one pass, where it is too large to be held.
+        How it was read in one pass, if it is too large for memory.
     """
 
     points: FloatArray
@@ -153,20 +153,20 @@ class Scan:
 
 @dataclass(frozen=True, eq=False)
 class RawCloud:
-    """What a reader of one format hands back: the file's numbers as they are.
+    """The result of a reader of one format: the file's numbers unchanged.
 
     Attributes
     ----------
     xyz : ndarray, shape (n, 3), float64
     unit, vertical_unit : str or None
-        What the file says its x and y, and its z, are measured in. `vertical_unit` is None where
-        it says nothing of its own about z.
+        The units of x and y, and of z, as the file states them. `vertical_unit` is None if there
+        is no separate one for z.
     crs : str or None
     warnings : tuple of str
     projected, raster, whole
-        As of a `Scan`.
+        As for a `Scan`.
     viewpoint : tuple of float or None
-        Where the sensor stood, in the file's numbers.
+        The sensor's position, in the file's numbers.
     """
 
     xyz: FloatArray
@@ -183,7 +183,7 @@ class RawCloud:
 def stack(columns: Sequence[NDArray[Any]]) -> FloatArray:
     """Return three columns of one length as (n, 3) float64."""
     xyz = np.empty((len(columns[0]), 3))
-    # A signalling NaN in a file is a NaN like any other, no reason to warn.
+    # A signalling NaN in a file is handled like any other NaN, without a warning.
     with np.errstate(invalid="ignore"):
         for axis, column in enumerate(columns):
             xyz[:, axis] = column

@@ -1,4 +1,4 @@
-"""Scans of one file, each from its own place: their points in one frame."""
+"""Scans in one file, each from its own position: their points in one frame."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
     from divespot.io.scan import FloatArray
 
-#: A rotation that was written with few digits is off by no more.
+#: Largest deviation from a rotation matrix, for matrices written with few digits.
 MOST_OFF = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """Points in a scanner's own frame, and ``p -> turn @ p + place`` into the file's.
+    """Points in a scanner's own frame, and ``p -> turn @ p + place`` to the file's.
 
-    Rows that are not finite or all zero were not seen.
+    Rows that are not finite or all zero are pixels without a point.
     """
 
     xyz: FloatArray
@@ -31,16 +31,16 @@ class Setup:
 
     @property
     def is_moved(self) -> bool:
-        """Whether the file says where the scanner stood; who does not know writes no motion."""
+        """Whether the file states the scanner's position; if unknown, writers state no motion."""
         return bool((self.turn != np.eye(3)).any() or self.place.any())
 
     def seen(self) -> FloatArray:
-        """Return where the scanner saw something, the other rows as they are.
+        """Return seen points in the file's frame, and the other rows unchanged.
 
         Raises
         ------
         DivespotError
-            The motion is none of a rigid body.
+            The transformation is not a rigid motion.
 
         """
         off = np.abs(self.turn @ self.turn.T - np.eye(3)).max()
@@ -57,12 +57,12 @@ class Setup:
 def merged(
     setups: Sequence[Setup],
 ) -> tuple[FloatArray, tuple[float, float, float] | None]:
-    """Return all points in the file's frame, and the place of the setup that has most of them.
+    """Return all points in the file's frame, and the position of the setup with the most points.
 
     Raises
     ------
     DivespotError
-        A motion is none of a rigid body.
+        A transformation is not a rigid motion.
 
     """
     if not setups:

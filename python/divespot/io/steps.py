@@ -1,4 +1,4 @@
-"""The steps in which coordinates were rounded."""
+"""The steps to which coordinates were rounded."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Rows that are looked at: steps that fit all of these fit all, but for a chance of 1 in 2**1000.
+#: Number of rows examined: steps that fit these fit all rows, except with probability 2**-1000.
 SAMPLE = 10_000
 
-#: Steps of decimal numbers that are tried, the largest first.
+#: Decimal steps that are tried, the largest first.
 DECIMAL = (1000.0, 100.0, 10.0, 1.0, 0.1, 0.01, 0.001, 0.0001)
 
-#: A multiple of a decimal step is off by the rounding of a float64 at most.
+#: Largest deviation of a multiple of a decimal step, by the rounding of float64.
 ROUNDING = 4.0 * 2.0**-53
 
-#: A warning is given of steps wider than this share of the distance between points.
+#: A warning is given if steps are wider than this share of the point spacing.
 TOLD_SHARE = 0.25
 
-#: Rows that tell whether a cloud is a raster, and how many times fewer than its cells they may be.
+#: Number of rows for the raster test, and the largest ratio of cells to points.
 RASTER, HOLES = 2_000_000, 4
 
 
 def steps(xyz: NDArray[Any], unit: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the steps to which x, y and z were rounded, 0 where none is seen, and what to say.
+    """Return the steps to which x, y and z were rounded, 0 if there is no rounding, and warnings.
 
-    It is the largest power of two or of ten of which all are multiples: what rounding to float32,
-    to whole numbers, to millimetres leaves. A raster's x and y are not rounded, though they are
-    multiples of the distance of its cells.
+    The step is the largest power of two or of ten of which all values are multiples, as rounding to
+    float32, to integers or to millimetres leaves it. x and y of a raster are not rounded, although
+    they are multiples of the cell width.
     """
     sample = np.asarray(xyz[:: max(len(xyz) // SAMPLE, 1)], dtype=np.float64)
     found = np.array([_step(column[np.isfinite(column)]) for column in sample.T])
@@ -54,7 +54,7 @@ def _extent(values: NDArray[np.float64]) -> float:
 
 
 def _is_raster(xyz: NDArray[Any]) -> bool:
-    """Return whether each place has one point, on lines along x and y that cross."""
+    """Return whether each position has one point, on crossing lines along x and y."""
     plan = np.asarray(xyz[:RASTER, :2], dtype=np.float64)
     plan = plan[np.isfinite(plan).all(axis=1)]
     _, columns = np.unique(plan[:, 0], return_inverse=True)
@@ -68,7 +68,7 @@ def _step(values: NDArray[np.float64]) -> float:
     if len(values) < 2 or values.min() == values.max():
         return 0.0
     step = max(_binary(values), _decimal(values))
-    # Steps far below what is measured are those of any float64.
+    # Far smaller steps are those of float64 itself.
     return step if step > 1e-6 * float(np.ptp(values)) else 0.0
 
 

@@ -1,4 +1,4 @@
-"""Coordinate reference systems through pyproj (the extra ``crs``), where it is installed."""
+"""Coordinate reference systems through pyproj (the extra ``crs``), if it is installed."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from divespot.extras import extra, is_installed
 if TYPE_CHECKING:
     from divespot.io.scan import FloatArray
 
-#: Length, in units of the map, over which its scale is taken.
+#: Length, in units of the map, over which its scale is computed.
 BASELINE = 1000.0
 
-#: So far beyond the area of a system it is used still: surveys cross the borders of zones.
+#: Distance beyond a system's area of use that is accepted, since surveys cross borders of zones.
 BEYOND_DEG = 1.0
 
 
@@ -26,10 +26,10 @@ _STATES_ONE = re.compile(
 
 
 def known_system(text: str | None) -> Any | None:  # noqa: ANN401 - pyproj is optional
-    """Return the horizontal system that WKT, a code or a name means.
+    """Return the horizontal system that WKT, a code or a name stands for.
 
-    None where it means none, or pyproj is missing. Names are not looked up, which takes a second
-    and may find another system.
+    None if it stands for none, or pyproj is missing. Names are not searched for, since that takes a
+    second and may find another system.
     """
     if not text or not _STATES_ONE.match(text) or not is_installed("pyproj"):
         return None
@@ -42,12 +42,12 @@ def known_system(text: str | None) -> Any | None:  # noqa: ANN401 - pyproj is op
 
 
 def require_system(text: str) -> Any:  # noqa: ANN401 - as above
-    """Return the system that a user named, heights included.
+    """Return the system that a user named, including heights.
 
     Raises
     ------
     DivespotError
-        There is none of that name, or pyproj is missing.
+        There is no such system, or pyproj is missing.
 
     """
     pyproj = extra("pyproj", "crs", "a reference system that is given needs pyproj")
@@ -60,7 +60,7 @@ def require_system(text: str) -> Any:  # noqa: ANN401 - as above
 
 
 def is_same_system(one: str, other: str) -> bool:
-    """Return whether two texts mean one system; where pyproj is missing, by their letters."""
+    """Return whether two texts mean one system; without pyproj, whether they are equal."""
     if "".join(one.split()) == "".join(other.split()):
         return True
     a, b = known_system(one), known_system(other)
@@ -68,9 +68,9 @@ def is_same_system(one: str, other: str) -> bool:
 
 
 def scale_factor(text: str | None, place: FloatArray) -> float | None:
-    """Return how long a unit of the map is there to one on the ellipsoid, at a place x, y of it.
+    """Return the length on the map per length on the ellipsoid, at a position x, y of the map.
 
-    It is the root of how much larger areas are. None where that cannot be told.
+    It is the square root of the ratio of areas. None if it cannot be determined.
     """
     system = known_system(text)
     if system is None or not system.is_projected:
@@ -88,7 +88,7 @@ def scale_factor(text: str | None, place: FloatArray) -> float | None:
 
 
 def _is_used_at(system: Any, lon: float, lat: float) -> bool:  # noqa: ANN401 - pyproj's
-    """Return whether a place lies where a system is meant to be used, or that is not stated."""
+    """Return whether a position is in a system's area of use, or that area is not stated."""
     area = system.area_of_use
     if area is None:
         return True
@@ -99,7 +99,7 @@ def _is_used_at(system: Any, lon: float, lat: float) -> bool:  # noqa: ANN401 - 
 
 
 def reprojected(plan: FloatArray, source: Any, target: Any) -> FloatArray:  # noqa: ANN401 - as above
-    """Return x, y, shape (n, 2), of one system in another; inf where there is none."""
+    """Return x, y, shape (n, 2), reprojected to another system; inf where undefined."""
     pyproj = extra("pyproj", "crs", "to reproject needs pyproj")
     transformer = pyproj.Transformer.from_crs(source, target, always_xy=True)
     return np.column_stack(transformer.transform(plan[:, 0], plan[:, 1]))

@@ -14,24 +14,24 @@ if TYPE_CHECKING:
 
     from divespot.io.scan import FloatArray
 
-# What the printf of one system or another makes of what is no number.
+# How various systems' printf writes values that are not numbers.
 _NAN = re.compile(r"(?i)\bnan\([^)\n]{0,40}\)|\b1\.?#(?:[QS]NAN|IND)\d*")
 _INFINITE = re.compile(r"(?i)\b1\.?#INF\d*")
-# NumPy looks for no signal while it parses: so many rows take some tenths of a second.
+# NumPy does not check for signals while it parses: this many rows take some tenths of a second.
 _ROWS_AT_ONCE = 200_000
 _QUOTED = re.compile(r'"([^"\n]*)"')
 _COMMA_NUMBER = re.compile(r"\s*[+-]?\d+,\d*(e[+-]?\d+)?\s*", re.IGNORECASE)
 
 
 def uncomment(line: str) -> str:
-    """Return `line` without what follows ``#`` or ``//``, and without outer blanks."""
+    """Return `line` without a comment after ``#`` or ``//``, and without outer blanks."""
     return line.partition("#")[0].partition("//")[0].strip()
 
 
 def split_lines(data: bytes) -> list[str]:
-    """Return the lines of a text file: UTF-8 or UTF-16 by its mark, any line ends.
+    """Return the lines of a text file: UTF-8, or UTF-16 with a byte order mark; any line ends.
 
-    Quotes are gone; what separates fields does not do so within them, and a comma within a quoted
+    Quotes are removed; separators between them are no separators, and a comma within a quoted
     number is a decimal sign.
     """
     utf16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
@@ -41,7 +41,7 @@ def split_lines(data: bytes) -> list[str]:
         text = _QUOTED.sub(_unquoted, text).replace('"', "")
     if "#" in text or "(" in text:
         text = _INFINITE.sub("inf", _NAN.sub("nan", text))
-    # str.splitlines also breaks at form feeds and the like, which would shift line numbers.
+    # str.splitlines also splits at form feeds and the like, which would shift line numbers.
     return text.split("\n")
 
 
@@ -73,11 +73,11 @@ def parse_rows(
     Parameters
     ----------
     rows : list of str
-        The lines, none of them blank; all with the same number of fields.
+        The lines, none of them blank, all with the same number of fields.
     numbers : sequence of int
         The number of each line in its file, for messages.
     columns : tuple of int
-        Where x, y, z stand.
+        Columns of x, y, z.
     delimiter : str or None
         None is any run of blanks.
 
@@ -88,7 +88,7 @@ def parse_rows(
     Raises
     ------
     DivespotError
-        If a row has more or fewer fields than the first, or x, y or z is no number.
+        If a row has more or fewer fields than the first, or x, y or z is not a number.
     """
     _require_even(rows, numbers, delimiter)
     how: dict[str, Any] = {"delimiter": delimiter, "usecols": columns, "comments": None, "ndmin": 2}
@@ -118,7 +118,7 @@ def _raise_bad_row(
     delimiter: str | None,
     err: ValueError,
 ) -> NoReturn:
-    """Say which row it was; NumPy counts rows of its own."""
+    """Raise an error that names the row; NumPy's own row numbers differ."""
     for number, row in zip(numbers, rows, strict=True):
         fields = row.split(delimiter)
         for column in columns:

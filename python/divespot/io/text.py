@@ -20,13 +20,13 @@ _MAX_HEADER_LINES = 200
 _MAX_HEADER_CHARS = 20_000
 _MAX_FIELDS = 10_000
 _COMMA_NUMBER = re.compile(r"[+-]?\d+(,\d+)?(e[+-]?\d+)?", re.IGNORECASE)
-# So many rows whose first field counts up are no accident.
+# This many rows whose first field counts up are no coincidence.
 _ENOUGH_ROWS = 10
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Where the table begins and how its rows are to be read."""
+    """Where the table begins, and how its rows are read."""
 
     start: int
     delimiter: str | None
@@ -39,10 +39,10 @@ class _Layout:
 def read_text(data: bytes, wanted: Wanted) -> RawCloud:
     """Read lines of numbers; see `divespot.io.read` for what is understood.
 
-    The fields are separated by semicolons, tabs, commas or blanks; a comma is a decimal sign
-    where it does not separate. Columns named x, y, z (or easting, northing, elevation and the
-    like) in a header line are used; without one, those behind a first column that counts rows,
-    otherwise the first three. A line with one whole number before the first row is the number of
+    The fields are separated by semicolons, tabs, commas or blanks; a comma that is not a separator
+    is a decimal sign. Columns named x, y, z (or easting, northing, elevation and the like) in a
+    header line are used; without one, the columns after a first column that counts rows, otherwise
+    the first three. A line with a single integer before the first row is the number of
     rows (PTS); another such block may follow.
     """
     lines = split_lines(data)
@@ -65,7 +65,7 @@ def read_text(data: bytes, wanted: Wanted) -> RawCloud:
 def _without_counts(
     rows: list[str], numbers: list[int], promised: int
 ) -> tuple[list[str], list[int]]:
-    """Return the rows of the clouds of a PTS file, each of which follows its count."""
+    """Return the rows of the clouds of a PTS file, each of which comes after its count."""
     parts: list[slice] = []
     at, line = 0, "its first line"
     while True:
@@ -109,7 +109,7 @@ def _find_layout(lines: list[str], wanted: Wanted) -> _Layout:
 def _row_layout(
     start: int, row: str, header: list[str], promised: int | None, wanted: Wanted
 ) -> _Layout | None:
-    """Return how to read the table if `row` is its first row, else None."""
+    """Return how to read the table if `row` is its first row, otherwise None."""
     delimiter = _delimiter(row)
     fields = _fields(row, delimiter)
     if len(fields) > _MAX_FIELDS:
@@ -130,12 +130,12 @@ def _row_layout(
 
 
 def _may_head(fields: list[str], delimiter: str | None) -> bool:
-    """Return whether a row has three numbers at all."""
+    """Return whether a row has at least three numbers."""
     return sum(_are_numbers([part], (0,), delimiter) for part in fields[:_MAX_FIELDS]) >= 3
 
 
 def _judged(rows: list[str], layout: _Layout) -> Columns:
-    """Return where x, y, z stand in a table that does not say so."""
+    """Return the columns of x, y, z of a table that does not name them."""
     fields = _fields(rows[0], layout.delimiter)
     refuse_image(len(rows), len(fields))
     if len(fields) < 4 or not _are_numbers(fields, (0, 1, 2, 3), layout.delimiter):
@@ -148,7 +148,7 @@ def _judged(rows: list[str], layout: _Layout) -> Columns:
 
 
 def _count_up(rows: list[str], delimiter: str | None) -> bool:
-    """Return whether the first fields are whole numbers, each larger than the one before."""
+    """Return whether the first fields are integers, each larger than the previous one."""
     last = -1
     for row in rows:
         word = row.split(delimiter, 1)[0].strip()
@@ -168,7 +168,7 @@ def _delimiter(row: str) -> str | None:
 
 
 def _fields(row: str, delimiter: str | None) -> list[str]:
-    """Return a row's fields, but for empty ones at its end."""
+    """Return a row's fields, without empty ones at its end."""
     return row.rstrip(f" {delimiter or ''}").split(delimiter)
 
 

@@ -28,10 +28,10 @@ UNITS: Mapping[str, float] = MappingProxyType(
 """Metres per unit."""
 
 DEGREES = "degrees"
-"""What a file with a geographic reference system is said to be in: no length."""
+"""Name of the unit of a geographic reference system, which is not a length."""
 
 STRETCHED = "metres of a Mercator or equidistant cylindrical map"
-"""What a file with such a reference system is said to be in: off the equator, no metres."""
+"""Name of the unit of such a reference system, which is not a metre off the equator."""
 
 _SPELLINGS = {
     "m": ("m", "meter", "meters", "metre", "metres"),
@@ -65,7 +65,7 @@ def metres_per(unit: str) -> float:
 
 
 def unit_named(name: str) -> str | None:
-    """Return the unit that a reference system calls `name`; None where it is none in `UNITS`."""
+    """Return the unit that a reference system calls `name`; None if it is not in `UNITS`."""
     word = re.sub(r"[^a-z]", "", name.lower())
     return next((unit for unit, names in _SPELLINGS.items() if word in names), None)
 
@@ -73,7 +73,7 @@ def unit_named(name: str) -> str | None:
 def unit_of(factor_m: float) -> str:
     """Return the unit that is `factor_m` metres long, or the factor as text.
 
-    International and US survey foot differ by 2e-6, files round to 1e-9 or better.
+    International and US survey foot differ by 2e-6; files give them to 1e-9 or better.
     """
     for name, metres in UNITS.items():
         if math.isclose(factor_m, metres, rel_tol=1e-7):

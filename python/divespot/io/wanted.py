@@ -1,4 +1,4 @@
-"""What is to be read of a file: columns of a table, classes and returns of a LAS file."""
+"""What to read of a file: columns of a table, classes and returns of a LAS file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from divespot.errors import DivespotError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: Classes of low and of high noise (LAS 1.4 R15, table 17).
+#: Classes of low and high noise (LAS 1.4 R15, table 17).
 NOISE = frozenset({7, 18})
 
 
@@ -23,20 +23,20 @@ class Wanted:
     Attributes
     ----------
     columns
-        Where x, y and z stand: numbers from 1, or names in the header. None: as the table says.
+        Columns of x, y and z: numbers from 1, or names in the header. None: found from the table.
     classes
-        The classes to keep. None: all but noise.
+        The classes to keep. None: all except noise.
     returns
         Which returns of a pulse to keep.
     crs
-        The reference system of a file that states none.
+        The reference system, for a file that states none.
     plan
-        The rectangle x0, y0, x1, y1 outside of which no point is wanted, in the file's numbers.
+        The wanted rectangle x0, y0, x1, y1 in the file's numbers.
     some
-        Whether a sample of the points will do.
+        Whether a sample of the points is enough.
     stretches
-        How many stretches of a file make up that sample, of whatever class; None: as many as show
-        it well, of the classes that are wanted.
+        Number of stretches of the sample, with points of any class; None: enough to represent the
+        file, with points of the wanted classes.
 
     """
 
@@ -57,12 +57,12 @@ class Wanted:
         crs: str | None = None,
         plan: Sequence[float] | None = None,
     ) -> Wanted:
-        """Return what is asked for in words.
+        """Return the choice that the texts describe.
 
         Raises
         ------
         DivespotError
-            The words say nothing.
+            A text is invalid.
 
         """
         if not isinstance(returns, str) or returns not in {"all", "first", "last"}:

@@ -1,4 +1,4 @@
-"""COPC over HTTP: of a file on a server, the points of a rectangle by range requests."""
+"""COPC over HTTP: reading the points of a rectangle from a file on a server by range requests."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
     from divespot.io.wanted import Wanted
 
-#: What a file on a server begins with.
+#: Beginnings of addresses of files on a server.
 SCHEMES = ("http://", "https://")
 
-#: Bytes of the file's beginning: the header and its records, which are 1 kB or few.
+#: Bytes fetched from the file's beginning: the header and its records, which are at least 1 kB.
 HEAD_BYTES = 1 << 16
 
-#: Chunks that lie so close to each other are fetched together.
+#: Chunks closer to each other than this many bytes are fetched together.
 GAP_BYTES = 1 << 16
 
-#: Seconds without a byte after which a server is given up.
+#: Timeout in seconds without a byte from a server.
 PATIENCE_S = 30.0
 
-#: Largest file: what is not fetched of it takes no memory, but a name for each byte.
+#: Largest file in bytes: parts that are not fetched take address space, but no memory.
 LARGEST_BYTES = 1 << 44
 
 _TOTAL = re.compile(r"bytes \d+-\d+/(\d+)\Z")
@@ -43,12 +43,12 @@ def is_url(path: str | os.PathLike[str]) -> bool:
 
 
 def read_url(url: str, wanted: Wanted) -> RawCloud:
-    """Read the points of a COPC file on a server that lie in the rectangle that is wanted.
+    """Read the points inside the wanted rectangle of a COPC file on a server.
 
     Raises
     ------
     DivespotError
-        The file is none, no rectangle is wanted, or the server sends no ranges.
+        It is not a COPC file, no rectangle is given, or the server does not support ranges.
 
     """
     if wanted.plan is None:
@@ -82,27 +82,27 @@ def _points(remote: Remote, wanted: Wanted) -> RawCloud:
 
 
 class Mapped(RawIOBase):
-    """Memory that is read like a file."""
+    """Memory that can be read like a file."""
 
     def __init__(self, data: mmap.mmap) -> None:
         self._data, self._at = data, 0
 
     def readable(self) -> bool:
-        """Return that it is."""
+        """Return True."""
         return True
 
     def seekable(self) -> bool:
-        """Return that it is."""
+        """Return True."""
         return True
 
     def seek(self, offset: int, whence: int = SEEK_SET) -> int:
-        """Go to a place."""
+        """Set the position."""
         start = {SEEK_SET: 0, SEEK_CUR: self._at, SEEK_END: len(self._data)}[whence]
         self._at = max(start + offset, 0)
         return self._at
 
     def readinto(self, buffer: Any) -> int:  # noqa: ANN401 - what bytes are written into
-        """Read as many bytes as there is room for."""
+        """Read as many bytes as fit into a buffer."""
         found = self._data[self._at : self._at + len(buffer)]
         buffer[: len(found)] = found
         self._at += len(found)
@@ -110,9 +110,9 @@ class Mapped(RawIOBase):
 
 
 class Remote:
-    """A file on a server, of which what was fetched is in `data`; all else is nought.
+    """A file on a server; `data` holds the fetched parts, and zeros elsewhere.
 
-    Header and records, and all that lies behind the points, are fetched at once.
+    Header and records, and everything behind the points, are fetched first.
     """
 
     def __init__(self, url: str) -> None:
@@ -120,13 +120,13 @@ class Remote:
         head, self.size = self._got(0, HEAD_BYTES)
         if not head.startswith(b"LASF"):
             raise DivespotError("is no COPC file: of other files on a server, a copy is needed")
-        # Of pages that were never written, the system keeps nothing.
+        # The system keeps no memory for pages that were never written.
         self.data = mmap.mmap(-1, self.size)
         self.data[: len(head)] = head
         self._fetch(min(self._end_of_points(), self.size), self.size)
 
     def fetch_all(self, ranges: Any) -> None:  # noqa: ANN401 - pairs of begin and end
-        """Fetch ranges, those that lie close together at once."""
+        """Fetch ranges, adjacent ones together."""
         joined: list[list[int]] = []
         for begin, end in sorted(ranges):
             if joined and begin - joined[-1][1] <= GAP_BYTES:
@@ -137,7 +137,7 @@ class Remote:
             self._fetch(begin, end)
 
     def _end_of_points(self) -> int:
-        """Return where the chunk table begins, behind the chunks."""
+        """Return where the chunk table begins, after the chunks."""
         try:
             start: int = struct.unpack_from("<I", self.data, 96)[0]
             if start + 8 > HEAD_BYTES:
@@ -153,7 +153,7 @@ class Remote:
             self.data[begin:end] = self._got(begin, end)[0]
 
     def _got(self, begin: int, end: int) -> tuple[bytes, int]:
-        """Return bytes of the file, and how many it has."""
+        """Return bytes of the file, and the file's size."""
         from http.client import HTTPException  # noqa: PLC0415 - slow to import
         from urllib.error import HTTPError  # noqa: PLC0415 - as above
         from urllib.request import Request, urlopen  # noqa: PLC0415 - as above

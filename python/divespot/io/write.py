@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-#: By this a later run knows its own files; see `divespot.output.POINTS`.
+#: A later run recognizes its own files by this; see `divespot.output.POINTS`.
 MARK = "written by divespot"
 
-# Steps of LAS coordinates: finer than any scanner, and 32 bits of them span 214 km.
+# Step of LAS coordinates in metres: finer than any scanner, and 32 bits of them span 214 km.
 _LAS_SCALE_M = 1e-4
 # GeoKeys: version 1.1.0, one key, ProjLinearUnits = metre.
 _LAS_METRES = struct.pack("<8H", 1, 1, 0, 1, 3076, 0, 1, 9001)
 
 
 def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
-    """Write points in metres; the extension decides the format.
+    """Write points in metres, in the format of the extension.
 
     The file is written whole or not at all.
 
@@ -38,13 +38,13 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
     path : str or os.PathLike
         ``.ply`` (binary little endian), ``.npy``, ``.xyz``, ``.las`` or ``.laz``.
     points : array_like, shape (n, 3)
-        float32 is written as such, all else as float64. LAS and LAZ round to 0.1 mm and state
-        metres; the other formats state no unit.
+        float32 is written as float32, anything else as float64. LAS and LAZ round to 0.1 mm and
+        state metres; the other formats state no unit.
 
     Raises
     ------
     DivespotError
-        If the shape, the extension or the folder is not as needed, or LAS cannot hold a value.
+        The shape, the extension or the folder is invalid, or LAS cannot hold a value.
 
     Examples
     --------
@@ -70,7 +70,7 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
 
 
 def require_writable(path: str | os.PathLike[str]) -> None:
-    """Raise DivespotError where the extension is none of those that can be written."""
+    """Raise DivespotError if the extension is not one of those that can be written."""
     if PurePath(path).suffix.lower() not in _WRITERS:
         raise DivespotError(f"{path}: unknown extension: one of {', '.join(_WRITERS)} is needed")
 
@@ -93,7 +93,7 @@ def _write_npy(stream: BinaryIO, xyz: NDArray[Any]) -> None:
 
 
 def _write_xyz(stream: BinaryIO, xyz: NDArray[Any]) -> None:
-    # As many digits as it takes to read back the same float64.
+    # As many digits as are needed to read back the same float64.
     np.savetxt(stream, xyz, fmt="%.17g")
 
 
@@ -115,7 +115,7 @@ def _write_las(stream: BinaryIO, xyz: NDArray[Any], *, compress: bool = False) -
     header.vlrs.append(laspy.VLR("LASF_Projection", 34735, "GeoKeys", _LAS_METRES))
     las = laspy.LasData(header)
     las.xyz = xyz.astype(np.float64)
-    # Closed by laspy, the file could not be renamed; and a LAZ writer seeks back.
+    # If laspy closed it, the file could not be renamed; and a LAZ writer seeks back.
     held = BytesIO()
     las.write(held, do_compress=compress)
     stream.write(held.getvalue())

@@ -1,4 +1,4 @@
-"""A survey of many tiles added up by the workers of a Dask cluster."""
+"""Adding up a survey of many tiles with the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from divespot.one_pass import Pass
     from divespot.settings import Settings
 
-#: Points of a task, at most: a second of work, which is done again after a worker died. Of fewer,
-#: a thousand workers would wait for the scheduler. Each core is to have some tasks, at least.
+#: Most points of a task: a second of work, which is repeated if a worker dies. With smaller tasks,
+#: a thousand workers would wait for the scheduler. Each core should get at least some tasks.
 TASK_POINTS, TASKS_A_CORE = 4_000_000, 8
 
-#: Parts that are merged by one task: a tree of few levels, and few parts in memory at once.
+#: Number of parts merged by one task: a tree of few levels, with few parts in memory at once.
 MERGED = 8
 
 
@@ -48,30 +48,30 @@ def measure(
 ) -> Report:
     """Measure LAS or LAZ files that are one survey, of any size, on many machines.
 
-    The workers read the files, which must lie at the same paths for all of them, and add their
-    points up in voxels; what these add up to is measured here. The report is the same, bit for bit,
-    by any number of workers, and after some of them died.
+    The workers read the files, which all of them must see at the same paths, and add their points
+    up in voxels; the result is measured on this machine. The report is the same, bit for bit, for
+    any number of workers, even if some of them die.
 
     Parameters
     ----------
     paths
         The files.
     client
-        A ``distributed.Client``; None: as many processes on this machine as there are cores, for as
-        long as this takes (a script then needs its ``if __name__ == "__main__"``).
+        A ``distributed.Client``; None: as many processes on this machine as there are cores, for
+        the duration of the call (a script then needs its ``if __name__ == "__main__"``).
     settings
-        As of `divespot.measure`.
+        As for `divespot.measure`.
     skip_damaged
-        Whether to measure without what cannot be read; a warning for each file says what that is.
+        Whether to leave out unreadable files or parts, with a warning for each file.
     on_stage
         Called with the name of each stage as it begins, and with how much was read.
     **changes
-        As of `divespot.measure`.
+        As for `divespot.measure`.
 
     Raises
     ------
     DivespotError
-        As of `divespot.measure`; a file is no LAS file, or distributed is missing
+        As for `divespot.measure`; a file is not a LAS file, or distributed is missing
         (``pip install divespot[dask]``).
 
     """
@@ -86,7 +86,7 @@ def measure(
 
 @contextmanager
 def _client_or_own(client: Any | None) -> Iterator[Any]:  # noqa: ANN401 - as above
-    """Yield the client that is given, or one of a cluster on this machine."""
+    """Yield the given client, or one of a cluster on this machine."""
     if client is not None:
         yield client
         return
@@ -106,7 +106,7 @@ def connected(address: str, timeout_s: float = 10.0) -> Any:  # noqa: ANN401 - a
     Raises
     ------
     DivespotError
-        There is none.
+        No scheduler answers.
 
     """
     try:
@@ -137,7 +137,7 @@ def _read(
 
 
 def _tasks(stretches: Sequence[Stretch], workers: int) -> list[list[Stretch]]:
-    """Return stretches in groups of about as many points."""
+    """Return stretches in groups of about equally many points."""
     points = sum(stretch.count for stretch in stretches)
     most = min(TASK_POINTS, points // (TASKS_A_CORE * max(workers, 1)))
     tasks: list[list[Stretch]] = [[]]
@@ -156,7 +156,7 @@ def _tell(
     tasks: Sequence[Any],
     on_stage: Callable[[str], None] | None,
 ) -> None:
-    """Tell how many tasks are done; of one that failed, say why at once."""
+    """Report how many tasks are done; raise the error of a failed one at once."""
     for done, task in enumerate(_distributed().as_completed(tasks, loop=client.loop), 1):
         if task.status == "error":
             task.result()
@@ -165,7 +165,7 @@ def _tell(
 
 
 def _add_up(way: Pass, stretches: Sequence[Stretch]) -> Part:
-    """Add some stretches up: the work of one task."""
+    """Add up some stretches: the work of one task."""
     part = way.nothing()
     for stretch in stretches:
         records = way.records_of(stretch, part)
@@ -175,7 +175,7 @@ def _add_up(way: Pass, stretches: Sequence[Stretch]) -> Part:
 
 
 def _merge_up(parts: Sequence[Part]) -> Part:
-    """Merge parts, which stay as they are: a task may be done twice."""
+    """Merge parts without changing them, since a task may be repeated."""
     merged = Part(parts[0].voxels.empty())
     for part in parts:
         merged.merge(part)
