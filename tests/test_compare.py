@@ -62,7 +62,7 @@ def test_a_survey_that_lies_beside_the_other_is_moved_back() -> None:
     assert len(found.places) == len(TRUTHS)
     for place, truth in zip(found.places, TRUTHS, strict=True):
         assert abs(place.net.volume_m3 - truth) < place.net.u95_m3
-    assert any("so that piles lie on themselves" in text for text in found.warnings)
+    assert any("so that unchanged piles coincide" in text for text in found.warnings)
     told = json.loads(found.to_json())["alignment"]
     assert told["shift_m"] == list(found.shift_m or ())
 

@@ -86,7 +86,7 @@ def test_what_another_command_takes_is_passed_over(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "needed"),
     [
-        ('matrial = "corn"', "matrial is no option: material was meant"),
+        ('matrial = "corn"', "matrial is no option: did you mean material"),
         ("seed = 1.5.2", "cannot be read as TOML"),
         ("\x00\xff", "cannot be read as TOML"),
         ("[crop]\nx = 1", "crop is a dict: a text, a number or true is needed"),

@@ -1,4 +1,4 @@
-"""How far the measurement is from the truth, on simulated and on real scans of known volume."""
+"""Errors of the measurement, on simulated and on real scans of known volume."""
 
 from divespot.evaluate.evaluation import Evaluation, evaluate
 from divespot.evaluate.goals import Goal, goals

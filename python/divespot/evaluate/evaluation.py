@@ -1,4 +1,4 @@
-"""Scans of known volume, measured, and what came of it."""
+"""Scans of known volume, measured, and the results."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
     from divespot.evaluate.outcome import Outcome
 
 SHAPES, BODIES = "18 shapes", "18 shapes, body over"
-"""Kinds of the scenes of the paper's shapes, and of those with somebody leaning over the pile."""
+"""Kinds of scenes: the paper's shapes, and the same with somebody leaning over the pile."""
 GROUPS = {kind: f"{kind}-*" for kind in OF_KIND if kind not in {"body", "cut"}}
-"""Names for all scenes of a kind of family together: the pattern that they are chosen by."""
+"""Names for all scenes of a family of kinds together, and the pattern that selects them."""
 MOST_SEEDS = 1_000_000
-"""Seeds of one evaluation."""
+"""Largest number of seeds of one evaluation."""
 VOXELS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
-"""Edges of the voxels that the paper's shapes are thinned with (paper, compression table)."""
+"""Edges of the voxels with which the paper's shapes are thinned (paper, compression table)."""
 THINNED_AREA_M2 = 5.2
-"""Area of the shapes of the paper's compression table: 2.03 % at full density is the error of
-these. The smaller ones are left with four points a pile."""
+"""Area of the shapes of the paper's compression table, whose error at full density is 2.03 %. The
+smaller shapes have only four points per pile after thinning."""
 VARIED_TIMES = 4
-"""Scans of a scene drawn at random for one of a scene of one kind; the paper's shapes are many."""
+"""Scans of a randomly drawn scene for one scan of any other scene; the paper's shapes are many."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What came of all scans: simulated ones as they are, the same thinned, and real ones.
+    """The results of all scans: simulated scans, the same thinned, and real scans.
 
-    `paper` holds what the paper's method made of the first, where it was asked.
+    `paper` holds results of the paper's method on the simulated scans, if asked for.
     """
 
     whole: tuple[Outcome, ...]
@@ -52,11 +52,11 @@ class Evaluation:
     paper: tuple[Outcome, ...] = ()
 
     def summaries(self) -> dict[str, Summary]:
-        """Return the summary of each kind among the whole scans."""
+        """Return the summary of each kind of the simulated scans."""
         return {kind: Summary.of(self.of_kind(kind)) for kind in self.kinds()}
 
     def kinds(self) -> list[str]:
-        """Return the kinds among the whole scans in their order, those of several scenes last."""
+        """Return the kinds of the simulated scans in order, those of several scenes last."""
         kinds = dict.fromkeys(kind for one in self.whole for kind in kinds_of(one.scene))
         return sorted(kinds, key=lambda kind: kind in GROUPS.values())
 
@@ -65,21 +65,21 @@ class Evaluation:
         return [one for one in self.thinned if one.voxel_m == voxel_m]
 
     def of_kind(self, kind: str) -> list[Outcome]:
-        """Return the outcomes of the whole scans of a kind (`kinds_of`)."""
+        """Return the outcomes of the simulated scans of a kind (`kinds_of`)."""
         return [one for one in self.whole if kind in kinds_of(one.scene)]
 
     def paper_of_kind(self, kind: str) -> Summary:
-        """Return the summary of what the paper's method made of a kind."""
+        """Return the summary of the paper's method on a kind."""
         return Summary.of([one for one in self.paper if kind in kinds_of(one.scene)])
 
 
 def has_points(one: Outcome) -> bool:
-    """Return whether a thinned shape is one of those in the paper's compression table."""
+    """Return whether a thinned shape is in the paper's compression table."""
     return ROWS[one.scene][0] == THINNED_AREA_M2
 
 
 def kinds_of(scene: str) -> tuple[str, ...]:
-    """Return the kinds that a scene counts among: its own name or that of the shapes, its group."""
+    """Return the kinds of a scene: its own name or that of the shapes, and its group."""
     if scene in ROWS:
         return (SHAPES, f"shapes, {ROWS[scene][0]} m²")
     if scene in OF_KIND["body"]:
@@ -107,32 +107,32 @@ def evaluate(  # noqa: PLR0913 - what there is to choose
     Parameters
     ----------
     scenes
-        Names of simulated scenes (`divespot.simulate.NAMES`), with * for any letters; all of
-        them unless these or `scans` are given. The paper's shapes are measured thinned as well.
+        Names of simulated scenes (`divespot.simulate.NAMES`), with * as wildcard; all of them
+        unless these or `scans` are given. The paper's shapes are also measured thinned.
     seeds, first_seed
-        How many scans of each scene, and their first seed; scenes that are drawn at random are
-        scanned `VARIED_TIMES` as often. Seeds from 4000 on are for checking: nothing in divespot
-        was chosen by looking at them.
+        Number of scans of each scene, and their first seed; randomly drawn scenes are scanned
+        `VARIED_TIMES` as often. Seeds of 4000 and above are for checking: no constant of divespot
+        was fitted on them.
     density
-        Points of a simulated scan, relative to the scene's own.
+        Number of points of a simulated scan, relative to the scene's own.
     scans
         A list of real scans (`divespot.evaluate.read_list`).
     settings
-        Settings of the measurement; `Settings()` unless given.
+        Settings of the measurement; by default `Settings()`.
     paper
-        Measure the simulated scans by the paper's method as well.
+        Also measure the simulated scans by the paper's method.
     repeat
-        Measure each scan again a little otherwise, as the setting of that name does: five times the
+        Also measure slightly changed scans, as the setting of that name does: five times the
         work.
     jobs, folder
-        Processes, and where finished rounds are kept (`divespot.evaluate.run_rounds`).
+        Number of processes, and where finished rounds are kept (`divespot.evaluate.run_rounds`).
     on_round
-        Called with the number of rounds that are done and the number of all.
+        Called with the number of finished rounds and the number of all rounds.
 
     Raises
     ------
     DivespotError
-        There is no such scene, no seed, or the list or the folder is of no use.
+        There is no such scene or no seed, or the list or the folder cannot be used.
 
     """
     if whole("seeds", seeds, MOST_SEEDS) < 1:

@@ -1,4 +1,4 @@
-"""What is given to a measurement beside the points."""
+"""Settings that a simulated scan is measured with."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def given_with(taken: SimulatedScan) -> Changes:
-    """Return the settings that a scan is measured with: outline and floor of its vessel, if any."""
+    """Return the settings for a scan: outline and floor of its vessel, if any."""
     vessel = taken.scene.vessel
     if vessel is None:
         return {}

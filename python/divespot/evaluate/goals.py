@@ -1,4 +1,4 @@
-"""What the measurement is to reach, beside what it does."""
+"""The goals of the measurement, and the figures reached."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Verdict = Literal["reached", "on average", "missed", "too few"]
 
 @dataclass(frozen=True)
 class Compression:
-    """A row of the paper's compression table, and what is to be reached there."""
+    """A row of the paper's compression table, and the goal for it."""
 
     voxel_m: float
     paper_kept: float
@@ -63,17 +63,17 @@ NO_PILE = ("bare-floor", "sharp-box", "levels-pit-alone")
 """Kinds of scenes without a pile to find."""
 COVERAGE, COVERAGE_SCANS = (0.93, 0.97), 300
 KIND_COVERAGE, KIND_PILES = (0.89, 0.99), 120
-"""Share of the piles of a kind whose u95 holds the truth, and how many piles can tell it."""
+"""Goal for the share of a kind's piles with the truth within u95, and the fewest piles to judge."""
 REAL = 0.08
-"""Largest error against the references of real scans, which are no surer themselves."""
+"""Largest error on real scans, whose reference volumes are no more certain than that."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A figure to reach, in percent as people read it, and the figure reached, a share.
+    """A goal, in percent as text, and the figure reached, as a share.
 
-    `verdict` is "on average" where a mean reaches what each single one should, and "too few"
-    where there were not enough scans to tell.
+    `verdict` is "on average" if a mean reaches what every single value should, and "too few"
+    if there were not enough scans to judge.
     """
 
     what: str
@@ -83,7 +83,7 @@ class Goal:
 
 
 def goals(evaluation: Evaluation) -> list[Goal]:
-    """Return the goals of all that was evaluated."""
+    """Return the goals for everything that was evaluated."""
     require_kind("evaluation", evaluation, Evaluation)
     return [
         *_shapes(evaluation.of_kind(SHAPES)),
@@ -162,7 +162,7 @@ def _coverage(whole: tuple[Outcome, ...]) -> Iterator[Goal]:
         if errors.coverage is None:
             continue
         low, high = COVERAGE
-        # A scan without a pile has no volume to hold.
+        # A scan without a pile has no volume.
         if summary.total.count < COVERAGE_SCANS:
             verdict: Verdict = "too few"
         else:
@@ -190,7 +190,7 @@ def _stable(evaluation: Evaluation) -> Iterator[Goal]:
 
 
 def _no_worse(evaluation: Evaluation) -> Iterator[Goal]:
-    """Judge that no kind is measured worse, on average, than by the paper's method."""
+    """Check that no kind has a larger mean error than with the paper's method."""
     for kind, summary in evaluation.summaries().items():
         ours, paper = summary.piles.mean_error, evaluation.paper_of_kind(kind).piles.mean_error
         if ours is not None and paper is not None:

@@ -1,4 +1,4 @@
-"""Real scans whose volumes are known, listed in a CSV file."""
+"""Real scans of known volume, listed in a CSV file."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
     from divespot.report import Report
 
-#: No list of scans is larger.
+#: Largest size of a list of scans, in bytes.
 LARGEST_BYTES = 64 << 20
 
 COLUMNS = ("path", "volume_m3")
-"""Columns that the list must have, a row for each pile; `unit` may follow."""
+"""Columns that the list must have, one row per pile; `unit` is optional."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class KnownRound:
     volumes_m3: tuple[float, ...]
     settings: Settings
     changed_ns: int
-    """When the file was last written: a kept result is that of the very same file."""
+    """Time of the last change of the file; a kept result is valid only for that version."""
 
     def outcomes(self, result: dict[str, Any]) -> list[Outcome]:
         """Return the outcome in the result of `measure_known`."""
@@ -46,14 +46,14 @@ class KnownRound:
 
 
 def read_list(path: str | os.PathLike[str], settings: Settings) -> list[KnownRound]:
-    """Read a list of scans: CSV with a header, the columns path and volume_m3, and maybe unit.
+    """Read a list of scans: CSV with a header, the columns path and volume_m3, optionally unit.
 
-    Paths are relative to the list's folder; a scan of several piles has as many rows.
+    Paths are relative to the list's folder; a scan of several piles has one row for each.
 
     Raises
     ------
     DivespotError
-        The list or a scan is not there, a column is missing, or a volume is no number above 0.
+        The list or a scan is missing, a column is missing, or a volume is not a number above 0.
 
     """
     require_kind("settings", settings, Settings)
@@ -130,9 +130,9 @@ def measure_known(one: KnownRound) -> dict[str, Any]:
 
 
 def _largest(volumes_m3: tuple[float, ...], report: Report | None) -> tuple[PileOutcome, ...]:
-    """Set the known volumes beside those of the largest objects of whatever kind.
+    """Compare the known volumes with those of the largest objects, including other objects.
 
-    A reference object may be a box, and where the known ones lie is not known.
+    A reference object may be a box, and its position is not known.
     """
     objects = (*report.piles, *report.other_objects) if report else ()
     found = sorted(objects, key=lambda item: item.volume_m3, reverse=True)

@@ -1,4 +1,4 @@
-"""Which measured pile is which true one."""
+"""Matching measured piles with true ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from divespot.report import Pile, Report
     from divespot.simulate import SimulatedScan
 
-#: What was found is the floor where a smaller share of its points is from anything else.
+#: An object is called floor if a smaller share of its points comes from anything else.
 SOME = 0.2
 NAMES_OF_LABELS = {FLYING: "flying pixels", STRAY: "stray points"}
 
@@ -27,8 +27,8 @@ NAMES_OF_LABELS = {FLYING: "flying pixels", STRAY: "stray points"}
 def match(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome], list[Extra]]:
     """Match the piles of a report with the true ones; without a report, none was found.
 
-    A measured pile is the true one on which its centroid lies. Of several on the same one the
-    largest counts, and the others are extras, as are those whose centroid lies on no pile.
+    A measured pile matches the true one on which its centroid lies. Of several on the same pile the
+    largest counts; the others are extras, and so are those whose centroid lies on no pile.
 
     Returns
     -------
@@ -60,9 +60,9 @@ def match(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome
 
 
 def one_pile(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome], list[Extra]]:
-    """Take the only object of a report, whatever it is called, for the largest pile.
+    """Match the only object of a report, whether pile or not, with the largest pile.
 
-    So it is read where one object is measured, as in the paper.
+    For methods that measure one object, as in the paper.
     """
     objects = (*report.piles, *report.other_objects) if report else ()
     if not taken.volumes_m3:
@@ -81,7 +81,7 @@ def _outcome(truth_m3: float, found: Pile) -> PileOutcome:
 def _owners(taken: SimulatedScan, found: Sequence[Pile]) -> list[int]:
     """Return the number of the true pile under each centroid; 0 for none.
 
-    What holds no volume has no centroid.
+    Objects without volume have no centroid.
     """
     at = taken.in_scene(np.array([pile.centroid_m for pile in found]).reshape(-1, 3))
     known = np.isfinite(at).all(axis=1)
@@ -113,7 +113,7 @@ def what_is_at(taken: SimulatedScan, found: Pile) -> str:
 
 
 def _thing_at(taken: SimulatedScan, points: NDArray[np.float64]) -> str:
-    """Return the kind of the thing that covers most of the points in plan."""
+    """Return the kind of the object that covers most of the points in plan."""
     covered: dict[str, int] = {}
     for thing in taken.scene.things:
         for frame in range(taken.scene.camera.frames):

@@ -1,4 +1,4 @@
-"""What came of one scan, beside the truth."""
+"""The result of one scan, and the truth."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from divespot.repeated import STABLE
 
 @dataclass(frozen=True)
 class PileOutcome:
-    """A true pile, and what was measured of it.
+    """A true pile, and its measurement.
 
     Attributes
     ----------
@@ -19,10 +19,10 @@ class PileOutcome:
     volume_m3, u95_m3
         The measured volume and its expanded uncertainty; None if no pile was found there.
     instead
-        Why what was found there is called no pile; None if a pile was found, or nothing at all.
+        Why the object found there is not a pile; None if a pile was found, or nothing at all.
     repeat_m3
-        How much the volume changed when the scan was measured again a little otherwise; None if
-        it was not.
+        How much the volume changed when slightly changed scans were measured; None if none
+        were.
 
     """
 
@@ -34,7 +34,7 @@ class PileOutcome:
 
     @property
     def error(self) -> float:
-        """Relative error; that of a pile that was not found is -1."""
+        """Relative error; -1 for a pile that was not found."""
         return (self.volume_m3 or 0.0) / self.truth_m3 - 1.0
 
     @property
@@ -46,7 +46,7 @@ class PileOutcome:
 
     @property
     def stable(self) -> bool | None:
-        """Whether it changed by a third of its u95 at most; None if that was not tried."""
+        """Whether it changed by at most a third of its u95; None if that was not tested."""
         if self.repeat_m3 is None or self.u95_m3 is None:
             return None
         return self.repeat_m3 <= STABLE * self.u95_m3
@@ -54,7 +54,7 @@ class PileOutcome:
 
 @dataclass(frozen=True)
 class Extra:
-    """Something else that was called a pile: what it is in truth, and the volume it was given."""
+    """A false pile: what it really is, and its measured volume."""
 
     what: str
     volume_m3: float
@@ -62,26 +62,26 @@ class Extra:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One scan, measured.
+    """The result of one scan.
 
     Attributes
     ----------
     scene, seed
-        Which scan; a real one has its path for a scene, and no seed.
+        The scan; for a real one, `scene` is its path and `seed` is None.
     voxel_m
-        Edge of the voxels that the scan was thinned with; 0 for the scan as it is.
+        Edge of the voxels with which the scan was thinned; 0 for the scan itself.
     points, kept
-        Number of points that were measured, and the share of the scan that they are.
+        Number of points that were measured, and their share of the scan.
     piles
         Its true piles.
     extras
-        What else was called a pile.
+        Its false piles.
     total
-        All true piles together, and all that was called a pile; None without a true pile.
+        All true piles together, and all measured ones; None without a true pile.
     failure
-        Why nothing was measured; None if something was.
+        Why the scan was not measured; None if it was.
     seconds
-        What the measurement took.
+        Duration of the measurement.
 
     """
 
@@ -98,12 +98,12 @@ class Outcome:
 
     @property
     def right(self) -> bool:
-        """Whether every pile was found and nothing else was called one."""
+        """Whether every pile was found and there was no false pile."""
         return not self.extras and all(pile.volume_m3 is not None for pile in self.piles)
 
     @classmethod
     def from_json(cls, kept: dict[str, Any]) -> Outcome:
-        """Return what `dataclasses.asdict` took apart."""
+        """Return an outcome from the dict that `dataclasses.asdict` made of it."""
         parts = {
             "piles": tuple(PileOutcome(**pile) for pile in kept["piles"]),
             "extras": tuple(Extra(**extra) for extra in kept["extras"]),

@@ -1,7 +1,7 @@
 """Rounds of an experiment: in parallel, in a fixed order, kept on disk, safe to interrupt.
 
-A round is a frozen dataclass of plain values; its work is a function of that alone, so the results
-depend neither on the number of processes nor on an interruption.
+A round is a frozen dataclass of plain values; its result is a function of these alone, and so
+independent of the number of processes and of interruptions.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 R = TypeVar("R")
 
-#: Name of the file of kept rounds in the folder that is given.
+#: Name of the file, in the given folder, in which finished rounds are kept.
 KEPT = "rounds.jsonl"
 
-#: More processes than any machine has cores.
+#: Most processes that may be asked for: above any machine's cores.
 MOST_JOBS = 1024
 
 
@@ -49,22 +49,22 @@ def run_rounds(
     Parameters
     ----------
     work
-        A function at the top level of a module: it takes a round and returns plain JSON values.
+        A function at the top level of a module, from a round to plain JSON values.
     rounds
         Frozen dataclasses of plain values, no two alike.
     jobs
-        Processes. With more than one they are spawned, so a script that calls this must guard
-        what it runs with ``if __name__ == "__main__"``.
+        Number of processes. If more than one, they are spawned, so a calling script must guard
+        its code with ``if __name__ == "__main__"``.
     folder
-        Where finished rounds are kept, a line each, and taken from when the same rounds are run
-        again by the very same build of divespot.
+        Where finished rounds are kept, one per line. They are reused if the same rounds are run
+        again by the same build of divespot.
     on_done
-        Called as each round is done, or found done before.
+        Called for each round that is finished now or was before.
 
     Raises
     ------
     DivespotError
-        There is no job to do the work, or the folder cannot be used, or a process was killed.
+        `jobs` is 0, the folder cannot be used, or a process was killed.
 
     """
     if whole("jobs", jobs, MOST_JOBS) < 1:
@@ -89,11 +89,11 @@ def _tell(on_done: Callable[[], None] | None) -> None:
 def _carry_out(
     work: Callable[[R], Json], rounds: dict[int, R], jobs: int
 ) -> Iterator[tuple[int, Json]]:
-    """Yield the number and the result of each round as it is done."""
+    """Yield the number and the result of each round as it is finished."""
     if jobs == 1:
         yield from ((i, work(one)) for i, one in rounds.items())
         return
-    # Spawned, not forked: a fork would inherit the threads of NumPy and of the core half alive.
+    # Spawned, not forked: a fork would inherit locked threads of NumPy and of the core.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(jobs, context, _serve)
     try:
@@ -108,7 +108,7 @@ def _carry_out(
 
 
 def _serve() -> None:
-    """Leave Ctrl-C to the parent, so that rounds under way end; do not outlive it."""
+    """Ignore Ctrl-C, so that running rounds finish; end when the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -117,12 +117,12 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
-        # Nothing is left to be told, and what waits for the next round would wait forever.
+        # The parent is gone; a worker waiting for the next round would wait forever.
         os._exit(1)
 
 
 class _Shelf:
-    """Finished rounds in a file, found again by work, build and round."""
+    """Finished rounds in a file, found by work, build and round."""
 
     def __init__(self, work: Callable[..., Json], folder: str | os.PathLike[str] | None) -> None:
         self._path = None if folder is None else Path(folder) / KEPT
@@ -144,7 +144,7 @@ class _Shelf:
         if self._path is None:
             return
         with self._path.open("a", encoding="utf-8") as file:
-            # A round cut off in the middle of its line leaves that line alone.
+            # If a round was cut off within its line, start a new line.
             file.write(f"\n{json.dumps({'round': self._key(one), 'result': result})}\n")
 
     def _key(self, one: Any) -> str:  # noqa: ANN401 - as above
@@ -169,7 +169,7 @@ def _line(line: str) -> tuple[str, Json] | None:
 
 @functools.cache
 def build() -> str:
-    """Return a digest of all the code of this build: another build's results are another's."""
+    """Return a hash of all code of this build, since other builds may give other results."""
     package = Path(divespot.__file__).parent
     digest = hashlib.blake2b(digest_size=8)
     for path in sorted([*package.rglob("*.py"), *package.glob("_native*")]):

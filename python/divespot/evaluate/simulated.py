@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class SimulatedRound:
     """A scan of a scene, measured once for each voxel edge in `voxels_m`; 0 is the scan itself.
 
-    With `paper`, the scan itself is measured by the paper's method as well.
+    With `paper`, the scan itself is also measured by the paper's method.
     """
 
     scene: str
@@ -43,7 +43,7 @@ class SimulatedRound:
         return [Outcome.from_json(kept) for kept in result["outcomes"]]
 
     def paper_of(self, result: dict[str, Any]) -> list[Outcome]:
-        """Return what the paper's method made of it, if it was asked."""
+        """Return the outcomes of the paper's method, if asked for."""
         return [Outcome.from_json(kept) for kept in result["paper"]]
 
 
@@ -56,7 +56,7 @@ def measure_simulated(one: SimulatedRound) -> dict[str, Any]:
     settings = one.settings.changed(unit=_unit(taken)).changed(**given_with(taken))
     outcomes = [_measured(taken, voxel_m, settings) for voxel_m in one.voxels_m]
     paper = Settings.paper(unit=settings.unit, threads=settings.threads)
-    # The paper's method knows of no vessel.
+    # The paper's method has no outline and no given floor.
     known = one.paper and taken.scene.vessel is None
     by_paper = [_measured(taken, 0.0, paper)] if known else []
     return {

@@ -18,7 +18,7 @@ NONE = "no object of its own"
 
 @dataclass(frozen=True)
 class ErrorStatistics:
-    """How far measured volumes are from the truth; None where there is nothing to tell.
+    """Errors of measured volumes; None where there are no data.
 
     Attributes
     ----------
@@ -31,10 +31,10 @@ class ErrorStatistics:
     coverage
         Share of the volumes whose truth lies within the expanded uncertainty.
     median_u95
-        Median expanded uncertainty, as a share of the true volume, of those that were found.
+        Median expanded uncertainty of the piles that were found, as a share of the true volume.
     stable
-        Share of those that were measured again a little otherwise that changed by a third of their
-        expanded uncertainty at most.
+        Of the piles that were also measured in slightly changed scans, the share that changed by
+        at most a third of their expanded uncertainty.
 
     """
 
@@ -68,20 +68,20 @@ class ErrorStatistics:
 
 @dataclass(frozen=True)
 class Summary:
-    """What came of some scans of a kind.
+    """The results of some scans of a kind.
 
     Attributes
     ----------
     scans, right
-        Number of scans, and of those where every pile was found and nothing else called one.
+        Number of scans, and of those where every pile was found and there was no false pile.
     piles, total
-        Statistics of each pile, and of all piles of a scan together.
+        Statistics of single piles, and of all piles of a scan together.
     extras
-        What else was called a pile, and how often.
+        What the false piles are, with counts.
     missed
-        Why piles were called none, and how often; `NONE` where nothing of their own was found.
+        Reasons why piles were not recognized, with counts; `NONE` if nothing was found there.
     failures
-        Why scans were not measured at all, and how often.
+        Reasons why scans were not measured, with counts.
 
     """
 
@@ -95,7 +95,7 @@ class Summary:
 
     @classmethod
     def of(cls, outcomes: Sequence[Outcome]) -> Summary:
-        """Sum up outcomes."""
+        """Summarize outcomes."""
         piles = [pile for one in outcomes for pile in one.piles]
         return cls(
             scans=len(outcomes),

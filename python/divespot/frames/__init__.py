@@ -1,6 +1,6 @@
-"""From depth frames to a scan: `fuse` finds where each frame stood, and puts them together.
+"""From depth frames to a scan: `fuse` registers the frames and adds them up.
 
-Layers: `intrinsics`, `poses` and `source` read what a user has; `fusing` runs the kernels.
+Layers: `intrinsics`, `poses` and `source` read input; `fusing` runs the kernels.
 """
 
 from divespot.frames.fusing import fuse

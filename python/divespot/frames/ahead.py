@@ -1,4 +1,4 @@
-"""The next frame read while the last one is worked on."""
+"""Reading the next frame while the current one is processed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 def ahead(job: Callable[[int], T], numbers: Sequence[int], threads: int) -> Iterator[T]:
-    """Do a job for each number in turn; on several threads one ahead of what is asked for."""
+    """Run a job for each number in order; with several threads, one job ahead of the caller."""
     if threads == 1 or not numbers:
         yield from map(job, numbers)
         return

@@ -1,4 +1,4 @@
-"""Recordings of ROS: rosbag, as RealSense writes them too, and MCAP."""
+"""Recordings of ROS: rosbag (also of RealSense) and MCAP."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Encodings of depth, and their numbers: whole ones are millimetres, others metres (REP 118).
+#: Depth encodings and their NumPy types: integers are millimetres, floats metres (REP 118).
 ENCODINGS = {"16UC1": "u2", "mono16": "u2", "32FC1": "f4"}
 CAMERA = "sensor_msgs/msg/CameraInfo"
 IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
-#: What compressed images of depth are called: PNG after a header, which is about metres only.
+#: Format names of compressed depth images: PNG after a header, which matters only for metres.
 PACKED = ("16UC1; compressedDepth", "16UC1; compressedDepth png")
 PACKED_TOPIC, PACKED_HEADER_BYTES = "/compressedDepth", 12
-#: How topics of a stream end in RealSense's own recordings.
+#: Endings of a stream's topics in RealSense's own recordings.
 REALSENSE, REALSENSE_CAMERA = "/image/data", "/info/camera_info"
-#: What RealSense calls the unit of depth; the second until 2018.
+#: RealSense's names for the unit of depth; the second was used until 2018.
 UNITS = ("Depth_Units", "Depth Units")
 
 
 def read_bag(path: Path, topic: str | None) -> Recording:
-    """Read what there is in a recording of ROS, of one topic of depth.
+    """Open one depth topic of a ROS recording.
 
     Raises
     ------
     DivespotError
-        It cannot be read, or no topic or more than one holds depth and none was named.
+        The recording cannot be read, has no depth topic, or has several and none was named.
 
     """
     with _opened(path) as bag:
@@ -53,7 +53,7 @@ def read_bag(path: Path, topic: str | None) -> Recording:
 def _opened(path: Path) -> Iterator[Any]:
     need = "recordings of ROS and RealSense need rosbags"
     reading, types = (extra(f"rosbags.{part}", "frames", need) for part in ("highlevel", "typesys"))
-    # Recordings of older ROS 2 do not define their messages, which have been the same since.
+    # Recordings of older ROS 2 do not define their messages, which have not changed since.
     known = types.get_typestore(types.Stores.ROS2_HUMBLE)
     needed = "ROS: rosbag, or MCAP or SQLite of ROS 2, is needed"
     with opening(path, needed), reading.AnyReader([path], default_typestore=known) as bag:
@@ -61,7 +61,7 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _messages(bag: Any, topic: str, *kinds: str) -> Iterator[tuple[int, Any]]:  # noqa: ANN401 - a reader
-    """Return the messages of a topic, with the nanosecond at which each was recorded."""
+    """Yield the messages of a topic, with the time of recording in nanoseconds."""
     from_here = [one for one in bag.connections if one.topic == topic and one.msgtype in kinds]
     if from_here:
         for connection, time_ns, data in bag.messages(from_here):
@@ -73,7 +73,7 @@ def _first(bag: Any, topic: str, *kinds: str) -> Any:  # noqa: ANN401 - a messag
 
 
 def _depth_topic(bag: Any, path: Path, topic: str | None) -> str:  # noqa: ANN401 - a reader
-    """Return the one topic of depth, or that which was named."""
+    """Return the only depth topic, or the one that was named."""
     images: dict[str, str] = {}
     for name in sorted({one.topic for one in bag.connections if one.msgtype in IMAGES}):
         message = _first(bag, name, *IMAGES)
@@ -100,7 +100,7 @@ def _encoding(message: Any) -> str:  # noqa: ANN401 - a message
 
 
 def _times_s(bag: Any, topic: str) -> list[float]:  # noqa: ANN401 - a reader
-    """Return when the frames were taken; where that is not stated, when they were recorded."""
+    """Return the times of the frames; if they are not stated, the times of recording."""
     taken, recorded = [], []
     for time_ns, message in _messages(bag, topic, *IMAGES):
         stamp = message.header.stamp
@@ -110,7 +110,7 @@ def _times_s(bag: Any, topic: str) -> list[float]:  # noqa: ANN401 - a reader
 
 
 def _intrinsics(bag: Any, topic: str) -> Intrinsics | str:  # noqa: ANN401 - a reader
-    """Return what the camera of the same namespace says of itself, or why that is nothing."""
+    """Return the intrinsics of the camera in the same namespace, or why there are none."""
     topic = topic.removesuffix(PACKED_TOPIC)
     if topic.endswith(REALSENSE):
         name = topic.removesuffix(REALSENSE) + REALSENSE_CAMERA
@@ -126,7 +126,7 @@ def _intrinsics(bag: Any, topic: str) -> Intrinsics | str:  # noqa: ANN401 - a r
 
 
 def _of_camera(message: Any, *, is_rectified: bool) -> Intrinsics:  # noqa: ANN401 - a message
-    """Return intrinsics; of a rectified image, those after its lens was taken out."""
+    """Return intrinsics; for a rectified image, those without distortion."""
     k, d, p = (_numbers(message, name) for name in "kdp")
     if not any(k):
         raise DivespotError("was not calibrated, its K is 0")
@@ -137,18 +137,18 @@ def _of_camera(message: Any, *, is_rectified: bool) -> Intrinsics:  # noqa: ANN4
 
 
 def _numbers(message: Any, name: str) -> list[float]:  # noqa: ANN401 - a message
-    """Return a matrix of a camera, whose name has a capital in ROS 1."""
+    """Return a matrix of a camera, whose name is in upper case in ROS 1."""
     values = getattr(message, name, None)
     return [float(v) for v in (getattr(message, name.upper()) if values is None else values)]
 
 
 def _step_m(bag: Any, topic: str) -> float | None:  # noqa: ANN401 - a reader
-    """Return the unit of depth that RealSense's own recordings state beside the stream."""
+    """Return the unit of depth that RealSense's own recordings state for the stream."""
     if not topic.endswith(REALSENSE):
         return None
     sensor = topic.removesuffix(REALSENSE).rpartition("/")[0]
     for unit in UNITS:
-        for kind in ("std_msgs/msg/Float32", "std_msgs/msg/String"):  # of ROS 1, and of ROS 2
+        for kind in ("std_msgs/msg/Float32", "std_msgs/msg/String"):  # ROS 1, ROS 2
             message = _first(bag, f"{sensor}/option/{unit}/value", kind)
             if message is not None:
                 return float(message.data)
@@ -186,5 +186,5 @@ def _unpacked(message: Any) -> NDArray[Any]:  # noqa: ANN401 - a message
     with pil.open(BytesIO(bytes(message.data[PACKED_HEADER_BYTES:])), formats=["PNG"]) as image:
         found = np.asarray(image)
     if found.ndim != 2 or found.dtype.itemsize < 2:
-        raise ValueError(found.dtype)  # said by who opened the recording
+        raise ValueError(found.dtype)  # reported by the function that opened the recording
     return found.astype(np.uint16)

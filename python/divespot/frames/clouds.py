@@ -1,4 +1,4 @@
-"""Sequences of clouds, one a frame: laid on a grid of directions, they are ranges along rays."""
+"""Sequences of clouds, one per frame, converted to ranges on a grid of directions."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from divespot.frames.source import Frames
     from divespot.frames.views import Frame
 
-#: Points in a pixel of a grid that scattered points are laid on, about: nine of ten have one.
+#: Mean number of points per pixel of a grid for scattered points: nine of ten pixels have one.
 POINTS = 2.25
-#: Steps along each axis in which the directions that a sensor looks in are counted.
+#: Steps along each axis in which the directions of a sensor's points are counted.
 STEPS = 64
 #: Most pixels of a grid.
 MOST_PIXELS = 1 << 24
@@ -31,11 +31,11 @@ MOST_PIXELS = 1 << 24
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CloudView(Views):
-    """Clouds as frames: each has rays of its own, in the axes of its sensor at the origin."""
+    """Clouds as frames: each has its own rays, in the axes of its sensor at the origin."""
 
     @classmethod
     def of(cls, source: Frames, threads: int) -> CloudView:
-        """Look at the first cloud for how dense all are."""
+        """Take the angular spacing of all clouds from the first one."""
         rays, ranges_m = _grid(_points(source, 0))
         seen = np.isfinite(ranges_m)
         steps = [np.linalg.norm(np.diff(rays, axis=axis), axis=2) for axis in (0, 1)]
@@ -46,14 +46,14 @@ class CloudView(Views):
         return cls(source=source, pitch=max(pitches, default=0.01), threads=threads)
 
     def frame(self, number: int) -> Frame:
-        """Return a frame: what took it, and its ranges."""
+        """Return a frame: its camera and its ranges."""
         rays, ranges_m = _grid(_points(self.source, number))
         rows, columns = ranges_m.shape
         return _native.RawCamera(rays.reshape(-1, 3), (rows, columns)), ranges_m
 
 
 def _points(source: Frames, number: int) -> tuple[NDArray[np.float64], tuple[int, int] | None]:
-    """Return the points of a cloud, and the rows and columns they are in, if any."""
+    """Return the points of a cloud, and its rows and columns if it is organized."""
     path: Path = source.items[number]  # type: ignore[assignment]  # clouds are files
     scan = read(path)
     if len(scan.points) < 9:
@@ -65,7 +65,7 @@ Grid = tuple["NDArray[np.float64]", "NDArray[np.float32]"]
 
 
 def _grid(cloud: tuple[NDArray[np.float64], tuple[int, int] | None]) -> Grid:
-    """Return rays of shape (rows, columns, 3), and ranges, NaN where nothing was seen."""
+    """Return rays of shape (rows, columns, 3), and ranges, NaN for empty pixels."""
     points, raster = cloud
     with np.errstate(invalid="ignore", over="ignore"):
         range_m = np.sqrt((points**2).sum(axis=1))
@@ -79,7 +79,7 @@ def _grid(cloud: tuple[NDArray[np.float64], tuple[int, int] | None]) -> Grid:
 
 
 def _whole(rays: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return rays with those of pixels that saw nothing filled in along their rows."""
+    """Return rays, with those of empty pixels interpolated along their rows."""
     at = np.arange(rays.shape[1])
     for row in rays:
         seen = np.isfinite(row[:, 0])
@@ -90,7 +90,7 @@ def _whole(rays: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _scattered(points: NDArray[np.float64], range_m: NDArray[np.float64]) -> Grid:
-    """Lay scattered points on a grid: what falls into a pixel is averaged, far from edges."""
+    """Put scattered points on a grid, averaging those in one pixel except at edges."""
     rays = points / range_m[:, None]
     across, down = _angles(rays)
     low = across.min(), down.min()
@@ -105,7 +105,7 @@ def _scattered(points: NDArray[np.float64], range_m: NDArray[np.float64]) -> Gri
     pixel = row * columns + column
     nearest = np.full(rows * columns, np.inf)
     np.minimum.at(nearest, pixel, range_m)
-    # What lies behind an edge is not averaged with what lies before it.
+    # Points in front of an edge are not averaged with points behind it.
     kept = range_m <= nearest[pixel] * (1.0 + 6.0 * pitch)
     pixel, range_m, rays = pixel[kept], range_m[kept], rays[kept]
     count = np.bincount(pixel, minlength=rows * columns).astype(np.float64)
@@ -119,7 +119,7 @@ def _scattered(points: NDArray[np.float64], range_m: NDArray[np.float64]) -> Gri
 
 
 def _angles(rays: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return directions as two numbers: of a camera on its image plane, else azimuth and height."""
+    """Return directions as two numbers: on a camera's image plane, else azimuth and elevation."""
     if (rays[:, 2] > 0.2).all():
         return rays[:, 0] / rays[:, 2], rays[:, 1] / rays[:, 2]
     return np.arctan2(rays[:, 1], rays[:, 0]), -np.arcsin(np.clip(rays[:, 2], -1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Frames in, a scan out: placed one by one, solved for together, then added up."""
+"""Fusing frames into a scan: registration, joint solution, adding up."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from divespot.frames.placing import Kind, Placed
     from divespot.frames.views import Pose, Views
 
-#: A camera stands still if it moved by less than this part of its range, and turned by less.
+#: A camera is still if it moved by less than this share of its range, and turned by less.
 STILL, STILL_RAD = 0.003, 0.003
-#: Edge of a voxel in pixels' footprints: about four of a frame fall into one.
+#: Edge of a voxel in pixel footprints: about four pixels of a frame fall into one.
 FOOTPRINTS = 2.0
-#: The same where only one frame is left, whose pixels are to stay apart.
+#: The same for a single frame, whose pixels should stay separate.
 ONE_FRAME = 0.6
 #: Fewest points of a scan.
 FEWEST = 10
@@ -50,7 +50,7 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     threads: int = 0,
     on_frame: Callable[[str], None] | None = None,
 ) -> Scan:
-    """Put depth frames together.
+    """Fuse depth frames into one scan.
 
     Parameters
     ----------
@@ -62,34 +62,34 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     intrinsics
         The camera's: see `divespot.frames.Intrinsics.of`. By default those that a recording holds.
     poses
-        From each camera (x right, y down, z ahead) into a common frame: an array ``(n, 4, 4)`` or
-        a file (TUM, KITTI, 4 × 4). They are where the search begins, unless they are exact.
+        From each camera (x right, y down, z ahead) to a common frame: an array ``(n, 4, 4)`` or
+        a file (TUM, KITTI, 4 × 4). They are starting values, unless `exact_poses` is set.
     depth_scale
-        Metres in a unit of depth; by default 0.001 for whole numbers, 1 for others.
+        Metres per unit of depth; by default 0.001 for integers, 1 for floats.
     depth_kind
         ``"planar"``: depth along the optical axis; ``"radial"``: along the ray.
     depth_topic
-        Which topic of a recording of ROS is meant, where several hold depth.
+        Topic of a ROS recording to read, if several hold depth.
     exact_poses
-        Take the poses as they are.
+        Use the poses unchanged.
     voxel_m
         Edge of the voxels in which pixels are averaged; by default two pixels wide.
     threads
-        Threads to use, for the same bits; 0: as many as the process may.
+        Number of threads, which does not change the result; 0: all available to the process.
     on_frame
-        Called with what is being done.
+        Called with a text that says what is being done.
 
     Returns
     -------
     scan
-        The points, z up and the floor at 0 where one is in view (or in the frame of poses that are
-        exact), and in `Scan.registration` how well the frames fit.
+        The points, with z up and the floor at 0 if it is in view (or in the frame of exact poses);
+        `Scan.registration` holds the uncertainty of the registration.
 
     Raises
     ------
     DivespotError
-        Frames, intrinsics or poses cannot be read or do not belong together, or too little is
-        seen.
+        Frames, intrinsics or poses cannot be read or do not fit together, or too little of a
+        surface is seen.
 
     Examples
     --------
@@ -188,7 +188,7 @@ def _fused(
 
 
 def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float | None) -> Scan:
-    """Average the frames of a camera that did not move: what stands first, then its mean."""
+    """Average the frames of a camera that did not move: vote on the surface, then average."""
     kept = [at for at, pose in enumerate(joint.poses) if pose is not None]
     still = _native.RawStill(view.shape, joint.noise, view.threads)
     for frame in ahead(view.frame, kept, view.threads):
@@ -199,7 +199,7 @@ def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float |
     fusion = view.fusion(joint, voxel_m, ONE_FRAME)
     pose = next(pose for pose in joint.poses if pose is not None)
     fusion.add(view.camera, ranges_m, pose, joint.offset_m)
-    # What frames have in common falls with their number; the camera's own offset does not.
+    # Errors of single frames fall with their number; the camera's own offset does not.
     u_mean_m = between_m / math.sqrt(len(kept))
     found = Registration(
         frames=len(kept),
@@ -227,9 +227,9 @@ def _still(view: View, joint: _native.RawJoint, placed: Placed, voxel_m: float |
 
 
 def _u_scale(joint: _native.RawJoint) -> float:
-    """Return the relative uncertainty of volumes by the offset of all ranges.
+    """Return the relative uncertainty of volumes due to the offset common to all ranges.
 
-    An offset stretches what lies at a range across both axes of the plan.
+    An offset scales both axes in plan at a given range.
     """
     return 2.0 * joint.u_offset_m / joint.range_m
 

@@ -1,4 +1,4 @@
-"""What a depth camera's pixels look at: pinhole and lens distortion, as cameras state them."""
+"""Rays of a depth camera's pixels: pinhole and lens distortion, in the formats cameras use."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 MOST_COEFFICIENTS = 8
 #: Largest intrinsics file in bytes.
 MOST_BYTES = 1 << 20
-#: The optical axis meets an image within this part of its width from the middle, if not cropped.
+#: Unless an image is cropped, the optical axis is within this share of its width from the middle.
 OFF_MIDDLE = 0.25
-#: Steps by which a distorted pixel's ray is found, and what is left of its error in pixels.
+#: Iterations for the ray of a distorted pixel, and the largest remaining error in pixels.
 STEPS, EXACT_PX = 30, 1e-3
-#: Names of lens models without distortion, and of those whose coefficients are as above.
+#: Names of lens models without distortion, and of those with the coefficients above.
 PLAIN = ("", "none", "pinhole", "distortion.none")
 RATIONAL = (
     *("plumb_bob", "rational_polynomial", "brown_conrady", "distortion.brown_conrady"),
@@ -38,18 +38,18 @@ RATIONAL = (
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """A pinhole with a lens.
+    """A pinhole camera with a lens.
 
     Attributes
     ----------
     fx, fy
         Focal lengths in pixels.
     cx, cy
-        Where the optical axis meets the image, in pixels; the middle of the first one is (0, 0).
+        Where the optical axis meets the image, in pixels; the centre of the first is (0, 0).
     distortion
-        k1, k2, p1, p2, k3, k4, k5, k6 of the rational model, as many as there are.
+        k1, k2, p1, p2, k3, k4, k5, k6 of the rational model, or the first few of them.
     size
-        Columns and rows of the images that they hold for, where that is stated.
+        Columns and rows of the images that the intrinsics are for, if stated.
 
     """
 
@@ -96,7 +96,7 @@ class Intrinsics:
         )
 
     def require_size(self, rows: int, columns: int) -> None:
-        """Raise DivespotError where images are of another size than the intrinsics are for."""
+        """Raise DivespotError if images have another size than the intrinsics are for."""
         if self.size is not None and self.size != (columns, rows):
             raise DivespotError(
                 f"the frames have {columns} x {rows} pixels, the intrinsics are for "
@@ -104,7 +104,7 @@ class Intrinsics:
             )
 
     def doubts(self, rows: int, columns: int) -> tuple[str, ...]:
-        """Say where the optical axis meets images of this size too far from their middle."""
+        """Return a warning if the optical axis is too far from the middle of the images."""
         off = max(abs(self.cx / columns - 0.5), abs(self.cy / rows - 0.5))
         said = (
             f"the optical axis meets the image at ({self.cx:.0f}, {self.cy:.0f}) of {columns} x "
@@ -113,7 +113,7 @@ class Intrinsics:
         return (said,) if off > OFF_MIDDLE else ()
 
     def rays(self, rows: int, columns: int) -> NDArray[np.float64]:
-        """Return the pixels' unit rays, shape ``(rows * columns, 3)``; NaN beyond the lens."""
+        """Return the pixels' unit rays, shape ``(rows * columns, 3)``; NaN outside the lens."""
         u, v = np.meshgrid(np.arange(columns, dtype=np.float64), np.arange(rows, dtype=np.float64))
         seen = np.stack([(u.ravel() - self.cx) / self.fx, (v.ravel() - self.cy) / self.fy])
         x, y = self._undistorted(seen) if any(self.distortion) else seen
@@ -121,7 +121,7 @@ class Intrinsics:
         return np.stack([x / length, y / length, 1.0 / length], axis=1)
 
     def _undistorted(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the undistorted places of distorted ones, by repeated correction."""
+        """Return undistorted positions of distorted ones, by fixed-point iteration."""
         at = seen.copy()
         with np.errstate(all="ignore"):
             for _ in range(STEPS):
@@ -132,7 +132,7 @@ class Intrinsics:
         return at
 
     def distorted(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where the lens puts places, shape ``(2, n)``, in focal lengths."""
+        """Return distorted positions for undistorted ones, shape ``(2, n)``, in focal lengths."""
         k1, k2, p1, p2, k3, k4, k5, k6 = (*self.distortion, *(0.0,) * 8)[:8]
         x, y = at
         r2 = x * x + y * y
@@ -161,7 +161,7 @@ def read_intrinsics(path: str | os.PathLike[str]) -> Intrinsics:
     Raises
     ------
     DivespotError
-        It cannot be read or holds none of these.
+        The file cannot be read or holds none of these.
 
     Examples
     --------
@@ -183,7 +183,7 @@ def read_intrinsics(path: str | os.PathLike[str]) -> Intrinsics:
 def _values(file: Path, text: str) -> Any:  # noqa: ANN401 - whatever the file holds
     if file.suffix.lower() in (".yaml", ".yml"):
         yaml = extra("yaml", "frames", "YAML needs PyYAML")
-        # OpenCV writes a first line that no YAML reader takes, and a tag of its own.
+        # OpenCV writes a first line that YAML readers refuse, and a tag of its own.
         plain = text.replace("!!opencv-matrix", "")
         lines = [line for line in plain.splitlines() if not line.startswith("%YAML")]
         try:
@@ -197,7 +197,7 @@ def _values(file: Path, text: str) -> Any:  # noqa: ANN401 - whatever the file h
 
 
 def parsed(values: Any) -> Intrinsics:  # noqa: ANN401 - whatever a file holds
-    """Return the intrinsics that a mapping holds, in any of the ways that cameras state them."""
+    """Return the intrinsics in a mapping, in any of the known formats."""
     if not isinstance(values, Mapping):
         raise DivespotError("holds no object with intrinsics")
     for way in (_open3d, _ros, _kinect_calibration, _named):
@@ -256,7 +256,7 @@ def _ros(values: Mapping[str, Any]) -> Intrinsics | None:
 
 
 def _kinect_calibration(values: Mapping[str, Any]) -> Intrinsics | None:
-    """Return those of Azure Kinect's SDK: a list of parameters in the order of its struct."""
+    """Return intrinsics of Azure Kinect's SDK: a list of parameters in its struct's order."""
     given = values.get("parameters")
     if not isinstance(given, Sequence) or len(given) < 14:
         return None
@@ -280,7 +280,7 @@ def _named(values: Mapping[str, Any]) -> Intrinsics | None:
 
 
 def _lens(coefficients: list[float], model: object) -> tuple[float, ...]:
-    """Return the coefficients of a lens, if its model is one that is known."""
+    """Return the coefficients of a lens, if its model is known."""
     name = str(model or "").lower().replace(" ", "_")  # "Brown Conrady" in RealSense's bags
     if not any(coefficients) or name in PLAIN:
         return () if name in PLAIN and name else tuple(coefficients) if any(coefficients) else ()

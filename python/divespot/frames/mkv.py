@@ -1,4 +1,4 @@
-"""Recordings of Azure Kinect: Matroska, with a track of depth and the device's calibration."""
+"""Recordings of Azure Kinect: Matroska, with a depth track and the device's calibration."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ if TYPE_CHECKING:
 
 #: Pixel formats of depth.
 GRAYS = ("gray16be", "gray16le")
-#: Depth's track among others of 16 bits (infrared), and the attachment, by Azure Kinect's SDK.
+#: Name of the depth track among others of 16 bits (infrared), and of the calibration attachment.
 TRACK, CALIBRATION = "DEPTH", "calibration.json"
-#: What the SDK's depth modes make of the sensor, by the size of their images: pixels of the whole
-#: sensor along an edge, and where the image begins in it.
+#: Depth modes by the size of their images: width of the whole sensor in binned pixels, and where
+#: the image begins in it.
 MODES = {
     (320, 288): (512, (96, 90)),
     (640, 576): (1024, (192, 180)),
     (512, 512): (512, (0, 0)),
     (1024, 1024): (1024, (0, 0)),
 }
-#: Pixels of the sensor along an edge, for which the calibration is stated.
+#: Width of the sensor in pixels for which the calibration is stated.
 SENSOR_PX = 1024
 LENS = "CALIBRATION_LensDistortionModelBrownConrady"
 PURPOSE = "CALIBRATION_CameraPurposeDepth"
-#: How the segment that holds all frames begins, and bytes of the file within which it does.
+#: Id of the segment that holds all frames, and the number of bytes in which it must begin.
 SEGMENT, HEAD_BYTES = b"\x18\x53\x80\x67", 4096
 
 
 def read_mkv(path: Path) -> Recording:
-    """Read what there is in a recording of Azure Kinect.
+    """Open a recording of Azure Kinect.
 
     Raises
     ------
     DivespotError
-        It cannot be read, or holds no track of depth.
+        The recording cannot be read, or has no depth track.
 
     """
     with _opened(path) as container:
@@ -73,15 +73,15 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _require_whole(path: Path) -> None:
-    """Raise DivespotError where bytes are missing: FFmpeg would only find fewer frames."""
+    """Raise DivespotError if the file is truncated; FFmpeg would only find fewer frames."""
     with path.open("rb") as stream:
         head = stream.read(HEAD_BYTES)
     at = head.index(SEGMENT) + len(SEGMENT)
-    width = 9 - head[at].bit_length()  # leading zeros tell how many bytes the size has
+    width = 9 - head[at].bit_length()  # the number of leading zeros is the length of the size
     most = (1 << 7 * width) - 1
     size = int.from_bytes(head[at : at + width], "big") & most
     needed, given = at + width + size, path.stat().st_size
-    if size != most and given < needed:  # all ones: nothing is known of the size
+    if size != most and given < needed:  # all ones: the size is unknown
         raise DivespotError(f"{path}: is truncated: {given} of {needed} bytes are there")
 
 
@@ -116,7 +116,7 @@ def _intrinsics(attached: bytes, size: tuple[int, int]) -> Intrinsics | str:
 
 
 def _of_mode(camera: Mapping[str, Any], size: tuple[int, int]) -> Intrinsics:
-    """Return pixels of a depth image, from fractions of the sensor counted from its corner."""
+    """Return intrinsics in pixels of a depth image, from fractions of the sensor's width."""
     is_known = camera["Intrinsics"]["ModelType"] == LENS and size in MODES
     if not is_known or (camera["SensorWidth"], camera["SensorHeight"]) != (SENSOR_PX, SENSOR_PX):
         raise DivespotError("is of no Azure Kinect")

@@ -1,4 +1,4 @@
-"""Frames as ranges along rays, and where each of them lies on those before."""
+"""Frames as ranges along rays, registered one after the other."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 Kind: TypeAlias = Literal["planar", "radial"]
 
-#: A frame that shares less than this with those before may seem to fit where it does not belong.
+#: A frame that overlaps earlier ones by less than this share may fit in a wrong place.
 SHARED = 0.5
 
-#: Why a frame was left out, by the kernel's word for it.
+#: Why a frame was left out, by the kernel's name for the reason.
 REASONS = {
     "empty": "it shows too little",
     "overlap": "it shows too little of what was seen before",
@@ -42,10 +42,9 @@ class View(Views):
     Attributes
     ----------
     camera
-        Its rays.
+        The camera's rays.
     per_depth
-        Range in a unit of depth, shape ``(rows, columns)``; NaN where the lens lets nothing
-        through.
+        Range per unit of depth, shape ``(rows, columns)``; NaN outside the lens.
     shape
         Rows and columns.
 
@@ -57,7 +56,7 @@ class View(Views):
 
     @classmethod
     def of(cls, source: Frames, lens: Intrinsics, kind: Kind, threads: int) -> View:
-        """Look at the first frame for the size of all."""
+        """Take the size of all frames from the first one."""
         rows, columns = source[0].shape
         if min(rows, columns) < 3:
             raise DivespotError(
@@ -79,7 +78,7 @@ class View(Views):
         )
 
     def frame(self, number: int) -> Frame:
-        """Return a frame: what took it, and its ranges."""
+        """Return a frame: its camera and its ranges."""
         return self.camera, self.ranges_m(number)
 
     def ranges_m(self, number: int) -> NDArray[np.float32]:
@@ -103,7 +102,7 @@ def _pitch(rays: NDArray[np.float64], shape: tuple[int, int]) -> float:
 
 @dataclass
 class Placed:
-    """The frames as they were laid on each other, and what there is to say of it."""
+    """The registered frames, and warnings about them."""
 
     tracker: _native.RawTracker
     cutter: _native.RawCutter
@@ -119,7 +118,7 @@ class Placed:
         _sigma_m: float,
         sliding: tuple[float, float, float] | None,
     ) -> None:
-        """Note what there is to doubt of a frame that was placed."""
+        """Record what is doubtful about a registered frame."""
         if sliding is not None:
             self.slid.append((number, sliding))
         if overlap < SHARED:
@@ -137,15 +136,15 @@ def place(
     exact: bool = False,
     tell: Callable[[str], None] = lambda _text: None,
 ) -> Placed:
-    """Place the frames one by one, each on what was seen before.
+    """Register the frames one by one, each to all earlier ones.
 
     Raises
     ------
     NothingSeenError
-        None of them shows a surface.
+        No frame shows a surface.
 
     """
-    # One frame is cut while the one before it is laid.
+    # The next frame is cut into patches while the previous one is registered.
     share = max(1, (view.threads or cores()) // 2)
     placed = Placed(_native.RawTracker(share), _native.RawCutter(share))
     poses = [_start(given, number) for number in range(len(view))]
@@ -155,7 +154,7 @@ def place(
         return placed.cutter.cut(*view.frame(number)) if is_needed else None
 
     for number, patches in enumerate(ahead(cut, range(len(view)), view.threads)):
-        tell(f"placing frame {number + 1} of {len(view)}")
+        tell(f"registering frame {number + 1} of {len(view)}")
         found, why = placed.tracker.add(patches, poses[number], exact)
         if patches is None:
             placed.lost.append((number, "no pose was given for it"))

@@ -1,4 +1,4 @@
-"""Poses of frames: TUM, KITTI, or a 4 × 4 matrix a line; from each camera into one frame."""
+"""Poses of frames: TUM, KITTI, or one 4 × 4 matrix per line; from each camera to one frame."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 Poses: TypeAlias = "str | os.PathLike[str] | ArrayLike"
 
-#: A matrix is a rotation if its product with its transpose differs so little from unity.
+#: Largest deviation of a rotation matrix times its transpose from the identity.
 SQUARE = 1e-3
-#: Numbers on a line of each format.
+#: Numbers per line in each format.
 TUM, KITTI, MATRIX = 8, 12, 16
-#: Seconds between a pose's time and a frame's at most, as in the tools of TUM's benchmark.
+#: Largest difference in seconds between the times of a pose and a frame, as in TUM's tools.
 NEAR_S = 0.02
 
 
 def read_poses(
     path: str | os.PathLike[str], times_s: Sequence[float] | None = None
 ) -> NDArray[np.float64]:
-    """Read poses, from each camera (x right, y down, z ahead) into a common frame.
+    """Read poses, from each camera (x right, y down, z ahead) to a common frame.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ def read_poses(
         Lines of ``time x y z qx qy qz qw`` (TUM), of 12 numbers (KITTI: the upper three rows), or
         of 16 (4 × 4); lines that begin with ``#`` are skipped.
     times_s
-        Times of the frames, to pick from a TUM file the pose next to each; otherwise its lines are
-        the frames.
+        Times of the frames: for each, the pose nearest in time is taken from a TUM file; otherwise
+        its lines are the frames in order.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def read_poses(
     Raises
     ------
     DivespotError
-        It cannot be read, or a line is no pose.
+        The file cannot be read, or a line is not a pose.
 
     """
     file = Path(os.fsdecode(path))
@@ -143,9 +143,9 @@ def write_poses(
     poses: Sequence[NDArray[np.float64] | None],
     times_s: Sequence[float] | None = None,
 ) -> None:
-    """Write poses as TUM does: ``time x y z qx qy qz qw``.
+    """Write poses in TUM's format: ``time x y z qx qy qz qw``.
 
-    Frames that were left out have no line; the time is the frame's number unless times are given.
+    Frames that were left out have no line; without `times_s` the time is the frame's number.
     """
     if not isinstance(poses, list | tuple | np.ndarray):
         raise DivespotError(f"poses are {shown(poses)}: a list of 4 x 4 matrices is needed")
@@ -162,7 +162,7 @@ def write_poses(
 
 
 def _quaternion(turn: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Return x, y, z, w, from the largest of four ways to take it (Shepperd 1978)."""
+    """Return x, y, z, w, computed in the most accurate of four ways (Shepperd 1978)."""
     (a, b, c), (d, e, f), (g, h, i) = turn.tolist()
     ways = [
         (1 + a - e - i, (1 + a - e - i, b + d, c + g, h - f)),

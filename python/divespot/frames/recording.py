@@ -1,4 +1,4 @@
-"""Recordings: frames that are played one after the other, as none is read before it is needed."""
+"""Recordings: their frames are read in order, each only when it is needed."""
 
 from __future__ import annotations
 
@@ -17,41 +17,41 @@ if TYPE_CHECKING:
 
     from divespot.frames.intrinsics import Intrinsics
 
-#: Endings of recordings of ROS 1 (which RealSense's viewer writes) and of ROS 2.
+#: Endings of recordings of ROS 1 (also written by RealSense's viewer) and of ROS 2.
 BAGS = (".bag", ".mcap", ".db3")
 #: Endings of recordings of Azure Kinect.
 VIDEOS = (".mkv",)
-#: What a recording of ROS 2 that is a folder holds.
+#: A file in every ROS 2 recording that is a folder.
 FOLDER_OF_BAG = "metadata.yaml"
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether this is a recording of ROS."""
+    """Return whether a path is a ROS recording."""
     is_file = path.suffix.lower() in BAGS
     return is_file or os.path.isfile(path / FOLDER_OF_BAG)  # noqa: PTH113 - as of any name
 
 
 def is_video(path: Path) -> bool:
-    """Return whether this is a recording of Azure Kinect."""
+    """Return whether a path is an Azure Kinect recording."""
     return path.suffix.lower() in VIDEOS
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether this is a recording, which may hold its camera's intrinsics."""
+    """Return whether a path is a recording, which may hold its camera's intrinsics."""
     return is_bag(path) or is_video(path)
 
 
 @contextmanager
 def opening(path: Path, needed: str) -> Iterator[None]:
-    """Say of whatever a decoder raises what is wrong with a recording, and what is needed."""
+    """Turn any error of a decoder into one sentence that says what is wrong and needed."""
     try:
-        path.stat()  # says why it cannot be read, if so
+        path.stat()  # raises an error if the file cannot be read
         yield
     except (DivespotError, MemoryError):
         raise
     except OSError as error:
         raise DivespotError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except Exception:  # noqa: BLE001 - a damaged recording raises whatever its decoder does
+    except Exception:  # noqa: BLE001 - decoders raise anything on damaged recordings
         raise DivespotError(
             f"{path}: is truncated or damaged, or no recording of {needed}"
         ) from None
@@ -59,20 +59,20 @@ def opening(path: Path, needed: str) -> Iterator[None]:
 
 @dataclass(eq=False)
 class Recording:
-    """Frames of a recording.
+    """The frames of a recording.
 
     Attributes
     ----------
     path
-        The recording.
+        The file or folder.
     play
-        Begins with the first frame again.
+        Starts again with the first frame.
     times_s
-        When each frame was taken.
+        Time of each frame.
     intrinsics
-        The camera's, or why there are none.
+        The camera's intrinsics, or why there are none.
     step_m
-        Metres in a unit of depth, where the recording says so.
+        Metres per unit of depth, if the recording states it.
 
     """
 
@@ -92,7 +92,7 @@ class Recording:
         return len(self.times_s)
 
     def __getitem__(self, number: int) -> NDArray[Any]:
-        """Return a frame: going back begins anew."""
+        """Return a frame; an earlier one than before restarts the recording."""
         if number == self._played - 1:
             return self._last
         if number < self._played:

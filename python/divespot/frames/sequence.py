@@ -1,4 +1,4 @@
-"""A sequence of depth frames as a folder: images, intrinsics and poses."""
+"""A sequence of depth frames as a folder of images, intrinsics and poses."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from divespot.output import whole, write_text
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: What `write_frames` writes.
+#: Patterns of the files that `write_frames` writes.
 OWN = re.compile(r"depth|depth\.npz|intrinsics\.json|poses\.txt")
 
 
 def require_free(folder: str | os.PathLike[str], *, force: bool) -> None:
-    """Raise DivespotError where a folder holds anything, or with `force` anything but frames."""
+    """Raise DivespotError if a folder is not empty, or with `force` holds anything but frames."""
     path = Path(os.fsdecode(folder))
     try:
         held = [one.name for one in path.iterdir()] if path.exists() else []
@@ -40,12 +40,12 @@ def write_frames(
     matrix: NDArray[np.float64],
     poses: NDArray[np.float64],
 ) -> str:
-    """Write depth in millimetres, the intrinsics as Open3D does, and poses as TUM does.
+    """Write depth in millimetres, intrinsics in Open3D's format, and poses in TUM's.
 
     Returns
     -------
     kind
-        ``"PNG"``, or ``"NPZ"`` where Pillow is not installed.
+        ``"PNG"``, or ``"NPZ"`` if Pillow is not installed.
 
     """
     path = Path(os.fsdecode(folder))

@@ -1,4 +1,4 @@
-"""Where depth frames come from: arrays, files of arrays, folders and lists of images."""
+"""Depth frames from arrays, files of arrays, folders and lists of images."""
 
 from __future__ import annotations
 
@@ -33,34 +33,34 @@ IMAGES = (".png", ".tif", ".tiff")
 ARRAYS = (".npy", ".npz")
 CLOUDS = (".pcd", ".ply")
 OTHER_CLOUDS = (".las", ".laz", ".e57", ".xyz")
-#: Metres in a step of whole numbers: all common depth cameras write millimetres.
+#: Metres per unit of integer depth: all common depth cameras write millimetres.
 STEP_M = 0.001
-#: What some cameras write, beside 0, where they saw nothing.
+#: Value that some cameras write, besides 0, for pixels without depth.
 UNSEEN = 65_535
-#: Pixels of an image at most: four times those of any depth camera.
+#: Most pixels of an image: four times those of any depth camera.
 MOST_PIXELS = 1 << 24
 
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Depth frames, one at a time.
+    """Depth frames, read one at a time.
 
     Attributes
     ----------
     items
-        An image or an array each, or a recording.
+        An image or array per frame, or a recording.
     names
-        What each is called.
+        The name of each frame.
     step_m
-        Metres in a unit of their numbers; None: a millimetre for whole numbers, else a metre.
+        Metres per unit of depth; None: a millimetre for integers, a metre for floats.
     times_s
-        When each was taken, where their names or the recording say so.
+        Time of each frame, if given by the names or the recording.
     path
-        The folder or file that was given, or the first of several.
+        The file or folder that was given, or the first of several.
     intrinsics
-        The camera's, as a recording holds them, or why there are none.
+        The camera's intrinsics from a recording, or why there are none.
     is_clouds
-        Whether each is a cloud, and none has pixels.
+        Whether the frames are clouds, without pixels.
 
     """
 
@@ -74,12 +74,12 @@ class Frames:
 
     @classmethod
     def of(cls, depth: Depth, step_m: float | None = None, topic: str | None = None) -> Frames:
-        """Return the frames of whatever holds some; of a recording of ROS those of one topic.
+        """Return the frames of any accepted input; for a ROS recording, those of one topic.
 
         Raises
         ------
         DivespotError
-            There are none, or they cannot be read.
+            There are no frames, or they cannot be read.
 
         """
         if step_m is not None and not 0.0 < number("depth_scale", step_m) < 1e3:
@@ -103,7 +103,7 @@ class Frames:
             return cls._of_recording(read_bag(path, topic), step_m)
         if is_video(path):
             return cls._of_recording(read_mkv(path), step_m)
-        if os.path.isdir(path):  # noqa: PTH112 - False also for a name that cannot be
+        if os.path.isdir(path):  # noqa: PTH112 - False also for an invalid name
             inner = path / "depth"  # as in the folders of TUM's and Open3D's tools
             return cls._of_files(_in_order(inner if inner.is_dir() else path), step_m)
         return cls._of_files([path], step_m)
@@ -143,7 +143,7 @@ class Frames:
         return (self[number] for number in range(len(self)))
 
     def __getitem__(self, number: int) -> NDArray[np.float32]:
-        """Return a frame's depths in metres; what is not above 0 was not seen."""
+        """Return a frame's depths in metres; values not above 0 are pixels without depth."""
         item = self.items[number]
         array = _image(item) if isinstance(item, Path) else item
         step_m = self.step_m
@@ -157,7 +157,7 @@ class Frames:
 
 
 def _in_order(folder: Path) -> list[Path]:
-    """Return the frames in a folder, or else its clouds, by the numbers in their names."""
+    """Return the frames in a folder, or else its clouds, in the order of numbers in their names."""
     try:
         held = list(folder.iterdir())
     except OSError as error:
@@ -174,7 +174,7 @@ def _are_clouds(files: Sequence[Path]) -> bool:
 
 
 def holds_clouds(path: Path) -> bool:
-    """Return whether a path is a folder of clouds, and of no depth images."""
+    """Return whether a path is a folder of clouds without depth images."""
     try:
         return os.path.isdir(path) and _are_clouds(_in_order(path))  # noqa: PTH112 - as above
     except DivespotError:
@@ -182,7 +182,7 @@ def holds_clouds(path: Path) -> bool:
 
 
 def _nothing(folder: Path) -> str:
-    """Say what a folder without frames holds instead, and what is needed."""
+    """Return what a folder without frames holds, and what is needed."""
     for file in sorted(folder.iterdir()):
         if is_recording(file) or file.suffix.lower() in OTHER_CLOUDS:
             return f"{file.name}: {_no_frame(file)}"
@@ -190,7 +190,7 @@ def _nothing(folder: Path) -> str:
 
 
 def _no_frame(file: Path) -> str:
-    """Say why a file is no frame, and what is needed."""
+    """Return why a file is not a frame, and what is needed."""
     if file.suffix.lower() in (*CLOUDS, *OTHER_CLOUDS):
         return f"is a cloud: a sequence is of {' or '.join(CLOUDS)} alone, a file each frame"
     if is_recording(file):
@@ -205,7 +205,7 @@ def _key(stem: str) -> list[tuple[int, float, str]]:
 
 
 def _times(files: list[Path]) -> tuple[float, ...] | None:
-    """Return the times that names such as 1305031102.160407.png state."""
+    """Return the times in names such as 1305031102.160407.png."""
     times = [re.fullmatch(r"(\d+\.\d+)", file.stem) for file in files]
     return tuple(float(one[1]) for one in times if one) if all(times) and times else None
 
@@ -245,13 +245,13 @@ def _picture(file: Path) -> NDArray[Any]:
     pil = extra("PIL.Image", "frames", "depth images need Pillow")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what a library says of damaged files is said below
+            warnings.simplefilter("ignore")  # damaged files are reported below
             with pil.open(file) as image:
                 pixels = image.width * image.height
                 found = np.asarray(image) if pixels <= MOST_PIXELS else None
     except OSError as error:
         raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
-    except Exception:  # noqa: BLE001 - a damaged image raises whatever its decoder does
+    except Exception:  # noqa: BLE001 - decoders raise anything on damaged images
         raise DivespotError(f"{file}: is damaged, or no image") from None
     if found is None:
         raise DivespotError(f"{file}: has {pixels} pixels: at most {MOST_PIXELS} are needed")
@@ -259,6 +259,6 @@ def _picture(file: Path) -> NDArray[Any]:
 
 
 def write_png(file: Path, depth: NDArray[np.uint16]) -> None:
-    """Write a depth image of 16 bits."""
+    """Write a 16-bit depth image."""
     pil = extra("PIL.Image", "frames", "depth images need Pillow")
     pil.fromarray(depth).save(file)

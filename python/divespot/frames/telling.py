@@ -1,4 +1,4 @@
-"""What a user should know of how frames were put together, a sentence each."""
+"""Warnings about fused frames, one sentence each."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ if TYPE_CHECKING:
     from divespot.frames.placing import Placed
     from divespot.frames.views import Views
 
-#: Frames that are named in a warning; of more, their number is said.
+#: Most frames that a warning names; others are counted.
 NAMED = 5
-#: What depth cameras see, in metres.
+#: Nearest and farthest range of depth cameras, in metres.
 CAMERA_M = (0.15, 10.0)
 
 
 def warnings_of(view: Views, joint: _native.RawJoint, placed: Placed) -> tuple[str, ...]:
-    """Say all that there is to say of frames that were fused."""
+    """Return all warnings about fused frames."""
     said = [*view.doubts, *lost(view, placed), *apart(view, placed)]
     said += slid(view, joint, placed)
     said += far(view, joint)
@@ -27,7 +27,7 @@ def warnings_of(view: Views, joint: _native.RawJoint, placed: Placed) -> tuple[s
 
 
 def lost(view: Views, placed: Placed) -> tuple[str, ...]:
-    """Name the frames that were left out, with the reason."""
+    """Return a warning that names the frames that were left out, for each reason."""
     said = []
     for why, count in Counter(why for _, why in placed.lost).items():
         numbers = [number for number, reason in placed.lost if reason == why]
@@ -38,7 +38,7 @@ def lost(view: Views, placed: Placed) -> tuple[str, ...]:
 
 
 def apart(view: Views, placed: Placed) -> list[str]:
-    """Return a warning where frames share little with those before."""
+    """Return a warning about frames that overlap little with earlier ones."""
     named = ", ".join(
         f"{view.source.names[number]} ({overlap:.0%})" for number, overlap in placed.apart[:NAMED]
     )
@@ -51,9 +51,9 @@ def apart(view: Views, placed: Placed) -> list[str]:
 
 
 def slid(view: Views, joint: _native.RawJoint, placed: Placed) -> list[str]:
-    """Return a warning where nothing tells how far the camera moved along some direction.
+    """Return a warning if the scene does not show how far the camera moved in some direction.
 
-    Neither where a frame was laid on those before, nor where all were solved for together.
+    That is, neither when a frame was registered nor in the joint solution.
     """
     found = [(number, way) for number, way in placed.slid if joint.slides[number]]
     named = "; ".join(
@@ -62,27 +62,27 @@ def slid(view: Views, joint: _native.RawJoint, placed: Placed) -> list[str]:
     )
     more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
     said = (
-        f"nothing that is seen tells how far the camera moved, as over a bare floor: {named}{more}"
-        ": it was taken as expected; something that stands out, or poses, are needed"
+        f"nothing in view shows how far the camera moved, as over a bare floor: {named}{more}"
+        ": the expected motion was kept; something that stands out, or poses, are needed"
     )
     return [said] if found else []
 
 
 def far(view: Views, joint: _native.RawJoint) -> list[str]:
-    """Return a warning where depth whose unit was assumed is no distance of a camera's."""
+    """Return a warning if depth of an assumed unit is outside the range of cameras."""
     low_m, high_m = CAMERA_M
     is_known = view.source.is_clouds or view.source.step_m is not None
     said = (
-        f"the frames show what is {joint.range_m:.3g} m away: depth_scale, metres in a unit of "
-        "depth, may be another"
+        f"the frames show surfaces {joint.range_m:.3g} m away: depth_scale, metres per unit of "
+        "depth, may be wrong"
     )
     return [] if is_known or low_m <= joint.range_m <= high_m else [said]
 
 
 def stood(frames: int, left_out: float) -> str:
-    """Say what was made of a camera that did not move."""
+    """Return a note on frames of a camera that did not move."""
     return (
         f"the camera stood still: {frames} frames were averaged, {left_out:.1%} of their pixels "
-        "left out as moving or stray; noise falls with the root of their number, the camera's own "
-        "bias does not"
+        "left out as moving or outliers; noise falls with the root of their number, the camera's "
+        "own bias does not"
     )

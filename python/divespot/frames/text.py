@@ -1,4 +1,4 @@
-"""Small files of text beside the frames."""
+"""Reading small text files that come with frames."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def text_of(file: Path, needed: str, most: int | None = None) -> str:
-    """Return what a file of at most so many bytes says; an error tells what is needed."""
+    """Return the text of a file of at most `most` bytes; `needed` completes the error."""
     try:
         return bytes_of(file, most).decode()
     except UnicodeDecodeError:

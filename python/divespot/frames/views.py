@@ -1,4 +1,4 @@
-"""What frames look like to the steps that put them together, whatever they come from."""
+"""Frames as all later steps see them, whatever their source."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Views(ABC):
     Attributes
     ----------
     source
-        The frames as they came.
+        The frames as they were read.
     pitch
-        Angle between the rays of neighbours, where it is widest.
+        Largest angle between neighbouring rays.
     threads
-        Threads to use; 0: all.
+        Number of threads; 0: all.
     doubts
-        What there is to say of how they were taken.
+        Warnings about how the frames were taken.
 
     """
 
@@ -45,12 +45,12 @@ class Views(ABC):
 
     @abstractmethod
     def frame(self, number: int) -> Frame:
-        """Return a frame: what took it, and its ranges."""
+        """Return a frame: its camera and its ranges."""
 
     def fusion(
         self, joint: _native.RawJoint, voxel_m: float | None, wide: float
     ) -> _native.RawFusion:
-        """Return voxels to add frames to, by default so many pixels wide."""
+        """Return empty voxels to add frames to, by default `VOXEL` pixels wide."""
         if voxel_m is None:
             voxel_m = wide * joint.range_m * self.pitch
         return _native.RawFusion(voxel_m, joint.noise, joint.range_m, self.threads)

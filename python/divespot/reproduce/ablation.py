@@ -1,4 +1,4 @@
-"""The table of what each stage contributes."""
+"""The ablation: what each stage contributes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _needs(plan: Plan, preset: str, stage: str) -> list[Need]:
 
 
 def needs(plan: Plan) -> list[Need]:
-    """Need the scans of the large shapes with each stage switched off."""
+    """Return the scans of the large shapes, measured with each stage switched off."""
     every = [need for stage in STAGES for preset in PRESETS for need in _needs(plan, preset, stage)]
     return [*every, *factor.needs(plan, plan.density)]
 
@@ -70,7 +70,7 @@ def rows(found: Found, plan: Plan) -> dict[str, dict[str, Any]]:
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     table = rows(found, plan)
     return Section(
         "Ablation",
@@ -88,8 +88,8 @@ def _told(plan: Plan) -> str:
     return (
         f"The three shapes on 5.2 m², {counted(plan.side_rounds, 'scan')} each, with stages "
         f"switched off, {PEOPLE} people leaning over the heap for a few frames each. A filter is a "
-        "radius filter and the clustering after it, of the whole scene or of what stands above "
-        "the ground; without the second one all of that is the pile. "
+        "radius filter and the clustering after it, of the whole scene or of the points above "
+        "the ground; without the second one all of these are the pile. "
         f"Without pose correction the scan's own z is up, which leans by {LEAN_DEG:g}° in these "
         "scans (in those of the other sections by up to 4° each way). Without ground calibration "
         "the base is the fitted plane. Mean square errors are in m⁶, as the paper's figures show. "
@@ -147,7 +147,7 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             "without filters the error grows",
             filters > whole,
             f"{percent(whole)} to {percent(filters)}",
-            "The strays of these scans are few, and the ground's height is a peak, not a mean.",
+            "The outliers of these scans are few, and the ground's height is a peak, not a mean.",
         ),
         Finding(
             "without pose correction it grows most",
@@ -158,8 +158,8 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             "pose correction weighs more than the filters",
             pose > filters,
             f"{percent(pose)} against {percent(filters)}",
-            "What stands around the simulated strip (posts, boxes, people) is larger than the "
-            "paper's interfering objects: without any filter it all counts as pile.",
+            "The objects around the simulated strip (posts, boxes, people) are larger than the "
+            "paper's interfering objects: without any filter they all count as pile.",
         ),
         Finding(
             "without ground calibration the error grows",
@@ -174,7 +174,7 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             f"{sum(better)} of {len(better)}",
             "Not so "
             + ", ".join(stage for stage, b in zip(table, better, strict=True) if not b)
-            + ": then all that stands above the ground is the pile, for divespot as well.",
+            + ": then everything above the ground is the pile, for divespot as well.",
         ),
     ]
 

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from divespot.reproduce.plan import Plan
 
 LARGE = tuple(name for name, (area, _, _) in ROWS.items() if area == 5.2)
-"""The shapes of the paper's table: its error without compression is that of these."""
+"""The shapes of the paper's table, for which its error without compression is given."""
 PRESETS = {"default": OURS, "paper": PAPER}
 
 
 def thinned(preset: str, voxel_m: float) -> Variant:
-    """Return the variant of a preset for an edge; without one it is that of the shapes.
+    """Return the variant of a preset for a voxel edge; without one, that of the shapes.
 
-    The paper thins after its first filter, and its ground grid follows the points that are left.
+    The paper thins after its first filter, and its ground grid is adapted to the thinned points.
     """
     settings = PRESETS[preset]
     if not voxel_m:
@@ -50,13 +50,13 @@ def _needs(plan: Plan, preset: str, voxel_m: float) -> list[Need]:
 
 
 def needs(plan: Plan) -> list[Need]:
-    """Need the scans of the large shapes, thinned with every edge, and those of the factor."""
+    """Return the scans of the large shapes, thinned with each edge, and those of the factor."""
     every = [n for voxel in paper.COMPRESSION for p in PRESETS for n in _needs(plan, p, voxel)]
     return [*every, *factor.needs(plan, plan.density)]
 
 
 def rows(found: Found, plan: Plan) -> list[dict[str, Any]]:
-    """Return what came of each edge."""
+    """Return the results for each edge."""
     table = []
     for voxel_m, (kept, error) in paper.COMPRESSION.items():
         ours = [found.measurement(need) for need in _needs(plan, "default", voxel_m)]
@@ -76,7 +76,7 @@ def rows(found: Found, plan: Plan) -> list[dict[str, Any]]:
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     table = rows(found, plan)
     return Section(
         "Compression",
@@ -139,8 +139,8 @@ def _findings(table: list[dict[str, Any]]) -> list[Finding]:
             "`Settings()` is closer than the paper at every edge",
             len(better) == len(table),
             f"{len(better)} of {len(table)}",
-            "The coarsest voxels leave a few hundred points of the whole scene; where no pile is "
-            "found in them, that counts as 100 %.",
+            "The coarsest voxels leave a few hundred points of the whole scene; a pile that is not "
+            "found in them counts as 100 %.",
         ),
         Finding(
             "compression to 1 % of the points keeps the error near 5 % or below",

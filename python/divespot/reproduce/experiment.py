@@ -1,4 +1,4 @@
-"""What an experiment is."""
+"""The definition of an experiment."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 def nothing(_plan: Plan) -> Sequence[Need]:
-    """Need no scans."""
+    """Return no scans."""
     return ()
 
 
 def no_rounds(_plan: Plan) -> Sequence[Round]:
-    """Need no rounds of one's own."""
+    """Return no rounds."""
     return ()
 
 
@@ -32,9 +32,9 @@ class Experiment:
     name
         Its key in the JSON.
     section
-        Makes its section of the page of what was found.
+        Makes the experiment's section of the page from the results.
     needs
-        The scans and settings that it looks at.
+        The scans and settings that it needs.
     rounds
         Further rounds of its own.
 

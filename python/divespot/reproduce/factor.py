@@ -1,7 +1,7 @@
 """The paper's compensation factor, calibrated on piles of another seed.
 
-It makes up for the toe that is cut off, whose share depends on the size of the piles, so each area
-has its own.
+It corrects for the toe that is cut off, whose share depends on the size of the piles, so that each
+area has its own factor.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 VARIANT = Variant("paper", PAPER)
 
 
-#: Fewer of the shapes for a quick run: two or three of each area, of all kinds.
+#: The shapes used in a quick run: two or three of each area, of all kinds.
 FEW = ("shape-01", "shape-05", "shape-09", "shape-11", "shape-15", "shape-16", "shape-18")
 
 
 def needs(plan: Plan, density: float, area_m2: float | None = None) -> list[Need]:
-    """Return scans of other piles, of an area in m2 or of all, with the paper's method."""
+    """Return scans of other piles, of one area in m2 or of all, with the paper's method."""
     names = [
         name for name in (ROWS if plan.side_rounds > 1 else FEW) if area_m2 in {None, ROWS[name][0]}
     ]
@@ -35,7 +35,7 @@ def needs(plan: Plan, density: float, area_m2: float | None = None) -> list[Need
 
 
 def factor(found: Found, plan: Plan, density: float, area_m2: float) -> float:
-    """Return the factor of an area that makes the sum of squares of relative errors least."""
+    """Return the factor of an area that minimizes the sum of squared relative errors."""
     piles = found.piles(needs(plan, density, area_m2))
     shares = [(pile.volume_m3 or 0.0) / pile.truth_m3 for pile in piles]
     squares = sum(share * share for share in shares)
@@ -43,9 +43,9 @@ def factor(found: Found, plan: Plan, density: float, area_m2: float) -> float:
 
 
 def compensated(found: Found, plan: Plan, needed: Iterable[Need]) -> list[PileOutcome]:
-    """Return the piles of scans that the paper's method measured, with the factor of their area.
+    """Return the piles measured by the paper's method, multiplied by the factor of their area.
 
-    A volume is linear in the factor, so it need not be known when a scan is measured.
+    A volume is linear in the factor, which therefore need not be known when a scan is measured.
     """
     return [_times(found.measurement(need).pile, _by(found, plan, need[0])) for need in needed]
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     Matrices = NDArray[np.float64]
 
-#: What is done with the frames, by its name in the JSON.
+#: Steps of the registration, by their names in the JSON.
 STEPS: Mapping[str, str] = MappingProxyType(
     {
         "true": "true poses",
@@ -42,19 +42,19 @@ STEPS: Mapping[str, str] = MappingProxyType(
         "solved": "solved for together",
     }
 )
-#: What measures: the paper's method with its two rules, and the instrument.
+#: Methods: the paper's with its two rules for the ground, and the instrument.
 SETTINGS: Mapping[str, Settings] = MappingProxyType({n: v.settings for n, v in UNEVEN.items()})
-#: Height of a bin; wider ones make one peak of the plateaus.
+#: Height of a bin; in wider ones the plateaus would be one peak.
 BIN_M: float = FINE["bin_m"]
-#: Heights up to this far from the exact floor are the floor's: four times what frames are off by.
+#: Heights within this of the exact floor belong to it: four times the frames' errors.
 FLOOR_M = 0.06
-#: A peak of a series reaches this share of the highest, as in the paper's midpoint.
+#: A peak counts if it reaches this share of the highest, as in the paper's midpoint.
 PEAK_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class FloorRound:
-    """A scan of a shape, staged, from the frames of its rail."""
+    """A scan of a changed shape, from the frames of its rail."""
 
     floor_of: str
     stage: str
@@ -63,7 +63,7 @@ class FloorRound:
     density: float
 
     def result(self) -> dict[str, Any]:
-        """Return what each step makes of the floor; None where a frame fits nowhere."""
+        """Return the floor after each step; None if a frame cannot be registered."""
         options: Any = {"seed": self.seed, "repeat": self.repeat, "density": self.density}
         taken = frames(staged(self.floor_of, self.seed, self.stage), **options)
         view = View.of(Frames.of(taken.depth), Intrinsics.of(taken.matrix), "planar", 1)
@@ -86,7 +86,7 @@ class FloorRound:
 
 
 def _chained(view: View) -> list[Matrices | None]:
-    """Lay each frame on the one before it and on nothing else."""
+    """Register each frame to the previous one only."""
     cutter = _native.RawCutter(view.threads)
     cut = [cutter.cut(*view.frame(number)) for number in range(len(view))]
     poses: list[Matrices | None] = [np.eye(4)]
@@ -107,7 +107,7 @@ def _between(before: _native.RawPatches, now: _native.RawPatches, threads: int) 
 
 
 def _where_true(poses: Sequence[Any], taken: SimulatedFrames) -> Matrices:
-    """Return the poses, the whole moved to where the cameras truly were: the floor is at 0."""
+    """Return the poses, moved as a whole to the true camera positions, with the floor at 0."""
     found = np.array([np.array(pose)[:3] for pose in poses])
     rotation, shift_m = onto(found, taken.poses)
     turned: Matrices = rotation @ found
@@ -117,7 +117,7 @@ def _where_true(poses: Sequence[Any], taken: SimulatedFrames) -> Matrices:
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """Frames at poses, and what is added to their ranges."""
+    """Frames with poses, and the offset added to their ranges."""
 
     view: View
     joint: _native.RawJoint
@@ -125,7 +125,7 @@ class _Step:
     offsets_m: Sequence[float]
 
     def found(self, taken: SimulatedFrames) -> dict[str, Any]:
-        """Return the floor's levels, what the paper takes for it, and the errors of volumes."""
+        """Return the floor's levels, the ground by the paper's rules, and the volume errors."""
         numbers = range(len(self.view))
         points = self.points(numbers, VOXEL_PIXELS)
         levels = [_ground(self.points([number], ONE_FRAME), "lower") for number in numbers]
@@ -141,7 +141,7 @@ class _Step:
         }
 
     def points(self, numbers: Sequence[int], wide: float) -> NDArray[np.float64]:
-        """Return the points of some of the frames, added up."""
+        """Return the fused points of some of the frames."""
         fusion = self.view.fusion(self.joint, None, wide)
         for number in numbers:
             pose: Any = self.poses[number].tolist()
@@ -150,12 +150,12 @@ class _Step:
 
 
 def _ground(points: NDArray[np.float64], rule: Any) -> float:  # noqa: ANN401 - a literal
-    """Return the ground by a rule of the paper, of all that is seen."""
+    """Return the ground height of all points by a rule of the paper."""
     return ground_height(points[:, 2], rule=rule, **FINE)
 
 
 def _levels(heights_m: NDArray[np.float64]) -> dict[str, Any]:
-    """Return the peaks of the floor's histogram and how wide it is."""
+    """Return the peaks and the width of the floor's histogram."""
     histogram = height_histogram(heights_m, **FINE)
     shares = histogram.smoothed / histogram.smoothed.max()
     signal = extra("scipy.signal", "reproduce", "the peaks of a histogram need SciPy")
@@ -173,7 +173,7 @@ def _levels(heights_m: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def _error(points: NDArray[np.float64], taken: SimulatedFrames, settings: Settings) -> float:
-    """Return the relative error of the pile; of what is not found, all of it."""
+    """Return the relative error of the pile; -1 if it was not found."""
     try:
         report = measure(points, settings)
     except DivespotError:

@@ -1,4 +1,4 @@
-"""What came of all rounds, as experiments look it up."""
+"""The results of all rounds, for look-up by experiments."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Need = tuple["Scan", "Variant"]
 
 
 class Round(Protocol):
-    """A frozen dataclass of plain values that knows its work."""
+    """A frozen dataclass of plain values that computes its own result."""
 
     def result(self) -> dict[str, Any]:
-        """Do it."""
+        """Return the result."""
         ...
 
 
@@ -39,7 +39,7 @@ class Found:
 
     @classmethod
     def by(cls, rounds: list[Round], **running: Any) -> Found:  # noqa: ANN401 - those of run_rounds
-        """Carry rounds out."""
+        """Run the rounds."""
         results = dict(zip(rounds, run_rounds(carry_out, rounds, **running), strict=True))
         measurements = {
             (one.scan, name): Measurement(**{**kept, "pile": PileOutcome(**kept["pile"])})
@@ -50,17 +50,17 @@ class Found:
         return cls(results, measurements)
 
     def measurement(self, need: Need) -> Measurement:
-        """Return what came of a scan measured in one way."""
+        """Return the result of a scan measured with one variant."""
         scan, variant = need
         return self.measurements[scan, variant.name]
 
     def piles(self, needs: Iterable[Need]) -> list[PileOutcome]:
-        """Return the piles of many."""
+        """Return the piles of several measurements."""
         return [self.measurement(need).pile for need in needs]
 
 
 def merged(needs: Iterable[Need]) -> list[ScanRound]:
-    """Return one round a scan, with all that is needed of it: a scan takes long to simulate."""
+    """Return one round per scan with all its variants, since simulating a scan takes long."""
     wanted: dict[Scan, dict[str, Variant]] = {}
     for scan, variant in needs:
         wanted.setdefault(scan, {})[variant.name] = variant

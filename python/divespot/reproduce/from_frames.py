@@ -1,4 +1,4 @@
-"""The 18 shapes from depth frames, and what each step of the registration does to the error."""
+"""The 18 shapes from depth frames, and how each step of the registration changes the error."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from divespot.reproduce.plan import Plan
     from divespot.simulate import SimulatedFrames
 
-#: What is done with the frames, by its name in the JSON.
+#: Steps of the registration, by their names in the JSON.
 STEPS: Mapping[str, str] = MappingProxyType(
     {
         "true": "true poses, ranges as measured",
@@ -54,7 +54,7 @@ class FramesRound:
     density: float
 
     def result(self) -> dict[str, Any]:
-        """Simulate, put together in each way, and measure."""
+        """Simulate, fuse after each step, and measure."""
         options: Any = {"seed": self.seed, "repeat": self.repeat, "density": self.density}
         taken = frames(self.scene, **options)
         scan = fuse(taken.depth, taken.matrix, threads=1)
@@ -73,7 +73,7 @@ class FramesRound:
 
 
 def _error(scan: Scannable, taken: SimulatedFrames) -> tuple[float, float] | None:
-    """Return the relative error of the pile and its u95; None where none was found."""
+    """Return the relative error of the pile and its u95; None if none was found."""
     try:
         pile = measure(scan, OURS).piles[0]
     except (DivespotError, IndexError):
@@ -82,7 +82,7 @@ def _error(scan: Scannable, taken: SimulatedFrames) -> tuple[float, float] | Non
 
 
 def _at_poses(taken: SimulatedFrames) -> dict[str, float | None]:
-    """Return the errors with true poses, and with those of frames that were placed one by one."""
+    """Return the errors with true poses, and with those of frames registered one by one."""
     view = View.of(Frames.of(taken.depth), Intrinsics.of(taken.matrix), "planar", 1)
     found = place(view)
     placed = found.tracker.poses()
@@ -114,14 +114,14 @@ def onto(
 def off_m(
     found: Sequence[NDArray[np.float64]], true: Sequence[NDArray[np.float64]] | NDArray[np.float64]
 ) -> float:
-    """Return the largest distance of a camera from its true place, the whole moved onto it."""
+    """Return the largest distance of a camera from its true position, aligned as a whole."""
     rotation, shift_m = onto(found, true)
     off = np.array(found)[:, :3, 3] @ rotation.T + shift_m - np.array(true)[:, :3, 3]
     return float(np.linalg.norm(off, axis=1).max())
 
 
 def rounds(plan: Plan) -> list[FramesRound]:
-    """Take every shape `side_rounds` times."""
+    """Return every shape `side_rounds` times."""
     return [
         FramesRound(name, plan.seed, repeat, plan.density)
         for name in ROWS
@@ -130,7 +130,7 @@ def rounds(plan: Plan) -> list[FramesRound]:
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     results = {one: found.results[one] for one in rounds(plan)}
     rows = [_row(name, [r for one, r in results.items() if one.scene == name]) for name in ROWS]
     return Section(
@@ -161,10 +161,10 @@ def _told(plan: Plan) -> str:
     return (
         f"Each shape is seen in the frames of its rail, {counted(plan.side_rounds, 'time')}; no "
         "poses are given. With true poses the ranges are as the camera measures them, about 4 mm "
-        "too long; placed one by one, each frame was laid on those before it, as general "
-        "registration does; solved for together, poses, the ranges' offset and the floor fit each "
-        "other. Errors are those of `Settings()`; `position` is the largest error of a camera's "
-        "place."
+        "too long; placed one by one, each frame was registered to the earlier ones, as general "
+        "registration does; solved for together, poses, the ranges' offset and the floor are "
+        "adjusted to each other. Errors are those of `Settings()`; `position` is the largest error "
+        "of a camera's position."
     )
 
 

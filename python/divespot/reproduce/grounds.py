@@ -26,7 +26,7 @@ VARIANTS = {
     "local": Variant("default", OURS),
 }
 FINE: Any = {"bin_m": 0.001, "window": 3}
-"""A histogram that shows plateaus: with the usual bins they are one peak."""
+"""A histogram fine enough to show plateaus, which are one peak with the usual bins."""
 UNEVEN = {
     "peak": Variant("paper, fine peak", PAPER.tuned(**FINE)),
     "midpoint": Variant("paper, fine midpoint", PAPER.tuned(base="midpeak", **FINE)),
@@ -54,7 +54,7 @@ def _of_area(area_m2: float) -> tuple[str, ...]:
 
 
 def needs(plan: Plan) -> list[Need]:
-    """Need all shapes from the lens, some on other floors, and the scans of the factor."""
+    """Return all shapes from the lens, some on other floors, and the scans of the factor."""
     lens = [n for v in VARIANTS.values() for n in _needs(plan, tuple(ROWS), "from the lens", v)]
     floors = [n for f in FLOORS for v in UNEVEN.values() for n in _needs(plan, ONE_OF_THREE, f, v)]
     return [*lens, *floors, *factor.needs(plan, plan.side_density)]
@@ -67,7 +67,7 @@ def _error(found: Found, plan: Plan, needed: list[Need]) -> float:
 
 
 def errors(found: Found, plan: Plan) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return mean errors by area and way, and by floor and way."""
+    """Return mean errors by area and ground, and by floor and ground."""
     areas = {
         str(area): {
             name: _error(found, plan, _needs(plan, _of_area(area), "from the lens", v))
@@ -86,7 +86,7 @@ def errors(found: Found, plan: Plan) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     areas, floors = errors(found, plan)
     return Section(
         "The ground by other means",
@@ -117,7 +117,7 @@ def _told(plan: Plan) -> str:
 def _told_floors() -> str:
     return (
         f"Floors that are not one level, {len(ONE_OF_THREE)} of the shapes, with bins of 1 mm and "
-        "a window of 3 of them in the paper's method: wider ones make one peak of the plateaus."
+        "a window of 3 bins in the paper's method: in wider bins the plateaus are one peak."
     )
 
 
@@ -195,8 +195,8 @@ def _against_paper(areas: dict[str, Any]) -> Finding:
         "`Settings()` is closer than the paper with any ground on every area",
         all(theirs),
         f"{sum(theirs)} of {len(theirs)}",
-        "What a camera that measures too far adds is in every volume; the paper's factor is "
-        "calibrated against it, and `Settings()` has none.",
+        "The camera's range error is in every volume; the paper's factor is calibrated against it, "
+        "and `Settings()` has no factor.",
     )
 
 

@@ -28,11 +28,11 @@ VOXEL_M = 0.01
 REPOSE = math.tan(math.radians(23.0))
 LABELS = {"voxels": "inner voxels", "grid": "ground grid"}
 GOALS = {"voxels": (3.0, 0.15), "grid": (2.0, 0.1)}
-"""Exponent of each method's memory, and how far off it may be."""
+"""Exponent of each method's memory, and its tolerance."""
 
 
 def cone(layers: int) -> NDArray[np.float64]:
-    """Return a cone of corn, as many voxels high, a point in the middle of each column."""
+    """Return a cone of corn, `layers` voxels high, with a point in the middle of each column."""
     height = layers * VOXEL_M
     radius = round(height / REPOSE / VOXEL_M)
     x, y = (np.indices((2 * radius, 2 * radius)) - (radius - 0.5)).reshape(2, -1) * VOXEL_M
@@ -56,7 +56,7 @@ METHODS = {"voxels": by_voxels, "grid": by_grid}
 
 @dataclass(frozen=True)
 class MemoryRound:
-    """A method on a cone of a size: the peak of the memory it takes beside the points."""
+    """A method on a cone of one size: peak memory without the points."""
 
     memory_of: str
     layers: int
@@ -75,7 +75,7 @@ class MemoryRound:
 
 @dataclass(frozen=True)
 class GrowingTimeRound:
-    """A method on a cone of a size: its shortest time of three."""
+    """A method on a cone of one size: its shortest time of three."""
 
     time_of: str
     layers: int
@@ -92,12 +92,12 @@ class GrowingTimeRound:
 
 
 def rounds(plan: Plan) -> list[Round]:
-    """Need each method at each size, the largest first."""
+    """Return each method at each size, the largest first."""
     return [MemoryRound(method, n) for n in reversed(plan.layers) for method in METHODS]
 
 
 def exponent(sizes: Sequence[float], values: Sequence[float]) -> float:
-    """Return the slope of a straight line through logarithms, by least squares."""
+    """Return the slope of a straight line fitted to the logarithms by least squares."""
     return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
 
 
@@ -107,7 +107,7 @@ def growth(values: dict[str, list[float]], layers: Sequence[int]) -> dict[str, f
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     taken = {
         method: [float(found.results[MemoryRound(method, n)]["bytes"]) for n in plan.layers]
         for method in METHODS
@@ -128,8 +128,8 @@ def section(found: Found, plan: Plan) -> Section:
 def _told() -> str:
     return (
         f"Cones of corn at 23°, sampled every {1000 * VOXEL_M:.0f} mm, counted in inner voxels and "
-        "integrated over the ground grid, both with that edge. Memory is the peak of what a method "
-        "takes beside the points, by Python's `tracemalloc`, and the height map that the core "
+        "integrated over the ground grid, both with that edge. Memory is the peak of a method "
+        "without the points, by Python's `tracemalloc`, plus the height map that the core "
         "returns. The size is the height of the cone in voxels."
     )
 

@@ -29,7 +29,7 @@ $body</body>
 
 
 def html(title: str, markdown: str) -> str:
-    """Return a page of its own.
+    """Return a self-contained page.
 
     Raises
     ------

@@ -29,18 +29,18 @@ ALPHAS_M = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 3.0)
 SINGLE = ("grid", "tin", "voxels", "hull")
 CONTOURS = ("convex", "concave")
 PILES = dict(zip(LARGE, ("cone", "ridge", "several peaks"), strict=True))
-"""The three piles, of one volume and different kinds."""
+"""The three piles, of equal volume and different kinds."""
 BAND = 0.02
 
 
 @dataclass(frozen=True)
 class MethodsRound:
-    """A scan whose largest pile is found once and measured by every method and parameter."""
+    """A scan whose largest pile is found once, then measured by every method and parameter."""
 
     methods_of: Scan
 
     def result(self) -> dict[str, Any]:
-        """Return relative errors: a number a method, a list a sweep."""
+        """Return relative errors: a number per method, or a list for a parameter sweep."""
         taken = self.methods_of.take()
         report = measure(taken.points, OURS)
         if not report.piles:
@@ -75,7 +75,7 @@ def _error(volume_m3: Any, truth_m3: float) -> Any:  # noqa: ANN401 - one or man
 
 
 def rounds(plan: Plan) -> list[Round]:
-    """Need a few scans of each pile."""
+    """Return a few scans of each pile."""
     return [
         MethodsRound(Scan(name, plan.seed, repeat, plan.side_density))
         for name in LARGE
@@ -99,7 +99,7 @@ def _mean(found: Found, plan: Plan, name: str) -> dict[str, Any]:
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     table = errors(found, plan)
     return Section(
         "Volume methods",
@@ -123,8 +123,8 @@ def _told(plan: Plan) -> str:
     return (
         f"The three shapes on 5.2 m² (0.335 m³ each), {counted(plan.side_rounds, 'scan')} each "
         f"with {plan.side_density:.0%} of the full number of points. Each pile is found once by "
-        "`Settings()`; every method then gets the same cells above the same base, so what differs "
-        "is the method alone. Errors are signed, the band in the figures is 2 %."
+        "`Settings()`; every method then gets the same cells above the same base, so that results "
+        "differ only by the method. Errors are signed, the band in the figures is 2 %."
     )
 
 
@@ -176,7 +176,7 @@ def _picture(
 
 
 def within_band(table: dict[str, dict[str, Any]], method: str) -> list[bool]:
-    """Tell for each parameter whether all piles lie within the band."""
+    """Return for each parameter whether all piles are within the band."""
     swept = np.array([row[method] for row in table.values()])
     return [bool(ok) for ok in (np.abs(swept) <= BAND).all(axis=0)]
 
@@ -198,11 +198,11 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             "no thickness of convex slices suits all three piles within 2 %",
             held["convex"] == 0,
             f"{held['convex']} of {len(SLICES_M)} do, {held['concave']} with concave contours",
-            "At a certain thickness, what is missing from thin slices and what thick ones add "
-            "cancel; which one that is differs with the spacing of the points.",
+            "At one thickness, what thin slices miss and what thick ones add cancel; it depends "
+            "on the spacing of the points.",
         ),
         Finding(
-            "the volume of an alpha shape hangs on alpha",
+            "the volume of an alpha shape depends on alpha",
             bool(np.ptp(alphas) > 2.0 * BAND),
             f"{percent(alphas[0])} at {ALPHAS_M[0]} m, {percent(alphas[-1])} at {ALPHAS_M[-1]} m",
         ),
@@ -210,8 +210,8 @@ def _findings(table: dict[str, dict[str, Any]]) -> list[Finding]:
             "no alpha brings all three piles within 2 %",
             not fits,
             f"within: {', '.join(fits) or 'none'}",
-            "The surface is one mean height a cell here, so noise does not break the shape near "
-            "the right alpha; it still has to be known, and differs with the pile's height.",
+            "The surface is one mean height per cell here, so noise does not break the shape near "
+            "the right alpha; but alpha must be known, and depends on the pile's height.",
         ),
         Finding(
             "the convex hull gives too much where a pile is not convex",

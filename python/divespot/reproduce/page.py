@@ -1,4 +1,4 @@
-"""The page as one structure, and its Markdown."""
+"""The structure of the page, and its Markdown."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Table:
-    """A header and rows of texts; the first column is a name, the others are numbers."""
+    """A header and rows of text; the first column is a name, the others are numbers."""
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
     def markdown(self) -> str:
-        """Return it as a table of GitHub's dialect."""
+        """Return the table in GitHub's Markdown."""
         ruler = [":--", *["--:"] * (len(self.header) - 1)]
         return "\n".join(f"| {' | '.join(row)} |" for row in (self.header, ruler, *self.rows))
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A chart, and the name of its file."""
+    """A chart, and its file name."""
 
     name: str
     caption: str
@@ -34,7 +34,7 @@ class Picture:
 
     @property
     def path(self) -> str:
-        """Where it lies beside the page."""
+        """Path relative to the page."""
         return f"figures/{self.name}.png"
 
     def markdown(self) -> str:
@@ -44,7 +44,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that the paper or the goals say, whether it holds here, and by what figures."""
+    """A claim of the paper or a goal, whether it holds here, and the figures."""
 
     claim: str
     holds: bool
@@ -52,7 +52,7 @@ class Finding:
     why_not: str = ""
 
     def markdown(self) -> str:
-        """Return one sentence."""
+        """Return the finding as one sentence."""
         if self.holds:
             return f"**Holds:** {self.claim} ({self.figures})."
         reason = f" {self.why_not}" if self.why_not else ""
@@ -61,7 +61,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page, and the JSON behind it."""
+    """A section of the page, and the JSON behind it."""
 
     title: str
     blocks: Sequence[str | Table | Picture]
@@ -98,7 +98,7 @@ def _joined(parts: Iterable[str]) -> str:
 
 
 def percent(share: float | None) -> str:
-    """Return a share in percent, three digits or two decimals."""
+    """Return a share in percent, with one or two decimals."""
     if share is None:
         return "-"
     return f"{100 * share:.{2 if abs(share) < 0.1 else 1}f} %"
@@ -110,5 +110,5 @@ def cubic(volume_m3: float | None) -> str:
 
 
 def counted(number: int, thing: str) -> str:
-    """Return a number of things: one scan, 3 scans."""
+    """Return a number of things as text: one scan, 3 scans."""
     return f"one {thing}" if number == 1 else f"{number} {thing}s"

@@ -1,4 +1,4 @@
-"""The paper's own figures, to be set beside those that are measured here."""
+"""The paper's figures, for comparison with those measured here."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ AREAS: Mapping[float, float] = MappingProxyType({1.3: 0.0197, 2.6: 0.0082, 5.2: 
 """Mean error by area in m2."""
 
 WITHIN = 0.0203
-"""The largest of these, which the paper gives as its accuracy."""
+"""The largest of these, which the paper states as its accuracy."""
 
 COMPRESSION: Mapping[float, tuple[float, float]] = MappingProxyType(
     {

@@ -1,4 +1,4 @@
-"""How much is done: rounds, densities and sizes."""
+"""The extent of a run: rounds, densities and sizes."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from divespot.errors import DivespotError
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What a run of all experiments does.
+    """The extent of a run of all experiments.
 
     Attributes
     ----------
     seed
-        Draws the piles; every random draw follows from it.
+        Seed of the piles and of all other random draws.
     rounds
-        Scans of each of the 18 shapes, with fresh noise.
+        Number of scans of each of the 18 shapes, with fresh noise.
     side_rounds
-        Scans of each shape in the other experiments.
+        Number of scans of each shape in the other experiments.
     density
-        Points of the scans of the shapes, relative to the scenes' own.
+        Number of points of the scans of the shapes, relative to the scenes' own.
     side_density
         The same for the comparison of methods and of grounds.
     layers
-        Sizes of the growing pile: its height in voxels.
+        Sizes of the cone in the experiments on growth: its height in voxels.
     time_points
-        Points of the scan whose running time is taken.
+        Number of points of the scan for the running time.
     frames
-        Whether the shapes, and floors that frames leave uneven, are also taken from depth frames,
-        `side_rounds` times each.
+        Whether the shapes, and floors made uneven by frame errors, are also simulated as depth
+        frames, `side_rounds` times each.
 
     """
 

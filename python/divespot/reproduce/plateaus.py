@@ -1,4 +1,4 @@
-"""The floor as registration leaves it: the plateaus in the histogram of heights, step by step."""
+"""The floor after each step of the registration: plateaus in the histogram of heights."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 #: One shape of each area.
 SHAPES = ("shape-05", "shape-11", "shape-17")
-#: How far the ranges of frames are off each other, by the stage of the scene.
+#: Errors of the frames' ranges, by the scene's stage.
 CAMERAS: Mapping[str, str] = MappingProxyType(
     {"as it is": "1 mm", "plateaus": f"{1000 * PLATEAUS_M:.0f} mm"}
 )
-#: The scan whose histogram is drawn: the longest rail.
+#: The scan whose histogram is drawn: that with the longest rail.
 SHOWN = (SHAPES[-1], "plateaus")
-#: A floor is level if what frames see of it lies within this.
+#: A floor counts as level if the frames' floors are within this.
 LEVEL_M = 0.001
 
 
 def rounds(plan: Plan) -> list[FloorRound]:
-    """Take a shape of each area `side_rounds` times with each camera."""
+    """Return a shape of each area, `side_rounds` times with each camera."""
     return [
         FloorRound(name, stage, plan.seed, repeat, plan.side_density)
         for stage in CAMERAS
@@ -43,7 +43,7 @@ def rounds(plan: Plan) -> list[FloorRound]:
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     results = {one: found.results[one] for one in rounds(plan)}
     rows = [
         _row(stage, step, [r for one, r in results.items() if one.stage == stage])
@@ -61,7 +61,7 @@ def section(found: Found, plan: Plan) -> Section:
 
 
 def _row(stage: str, step: str, results: Sequence[Row]) -> Row:
-    """Return the means over scans; a scan some frame of which fits nowhere is counted only."""
+    """Return means over scans; those with a frame that cannot be registered are only counted."""
     seen = [one for result in results if (one := result[step]) is not None]
     return {
         "stage": stage,
@@ -88,15 +88,15 @@ def _mean(values: Sequence[float]) -> float | None:
 def _told(plan: Plan) -> str:
     return (
         f"{len(SHAPES)} of the shapes, a rail's frames {counted(plan.side_rounds, 'time')} each, "
-        "by a camera whose frames are off each other by 1 mm, as one may expect, and by one whose "
+        "by a camera whose frames are off each other by 1 mm, as may be expected, and by one whose "
         f"frames are off by {1000 * PLATEAUS_M:.0f} mm; both measure 4 mm too long. With true "
-        "poses nothing was registered; then each frame is laid on the one before alone, on all "
-        "before it, and all are solved for together, with the ranges' offsets and the floor as "
-        f"one surface. Heights are counted in bins of {1000 * BIN_M:.0f} mm; a peak is what the "
-        "paper's midpoint takes for one, at least half as high as the highest; `wide` is the "
-        "histogram at that height, `apart` by how much the floors of single frames differ. "
-        "`Off` is how far the paper's ground lies from the exact floor, which the cameras' true "
-        "places tell. Errors are without a factor."
+        "poses nothing was registered; then each frame is registered to the previous one only, to "
+        "all earlier ones, and all are solved for together, with the ranges' offsets and the floor "
+        f"as one surface. Heights are counted in bins of {1000 * BIN_M:.0f} mm; a peak is, as in "
+        "the paper's midpoint, at least half as high as the highest; `wide` is the histogram's "
+        "width at that height, `apart` the differences between the floors of single frames. `Off` "
+        "is the distance of the paper's ground from the exact floor, known from the cameras' true "
+        "positions. Errors are without a factor."
     )
 
 
@@ -142,7 +142,7 @@ def _findings(rows: Sequence[Row]) -> list[Finding]:
             "frames that are off each other split the floor into plateaus",
             _or(true["peaks"], 0.0) > 1.0,
             f"{_or(true['peaks'], 0.0):.1f} peaks, {_mm(true['spacing_m'])} mm apart",
-            "The bins are too wide, or the frames too many, for what lies between them.",
+            "The bins are too wide, or the frames too many, to separate the plateaus.",
         ),
         Finding(
             "there the midpoint is the better ground",
@@ -160,8 +160,8 @@ def _findings(rows: Sequence[Row]) -> list[Finding]:
             "solved for together, the floors of frames are one level where the exact floor is",
             all(max(_or(r["apart_m"]), _or(r["ground_m"]["midpoint"])) < LEVEL_M for r in both),
             f"{_mm(solved['apart_m'])} mm apart, off by {_mm(solved['ground_m']['midpoint'])} mm",
-            "An offset that all frames have in common is not believed beyond what depth cameras "
-            "have, and told badly by few pixels.",
+            "A common offset is rejected if it is larger than depth cameras have, and few pixels "
+            "determine it badly.",
         ),
     ]
 

@@ -50,11 +50,11 @@ EXPERIMENTS = (
 )
 """The experiments in the order of the page; the running times come last."""
 FROM_FRAMES = (from_frames.EXPERIMENT, plateaus.EXPERIMENT)
-"""Those that register depth frames, before the running times."""
+"""The experiments that register depth frames, which come before the running times."""
 
 
 def experiments(plan: Plan) -> tuple[Experiment, ...]:
-    """Return those of a plan."""
+    """Return the experiments of a plan."""
     return (*EXPERIMENTS, *FROM_FRAMES) if plan.frames else EXPERIMENTS
 
 
@@ -71,14 +71,14 @@ def reproduce(
     ----------
     out
         Folder for ``reproduce.md``, ``reproduce.html``, ``figures/``, ``reproduce.json``,
-        ``times.json`` and the rounds that are done, which are not done again.
+        ``times.json`` and the finished rounds, which are not repeated.
     plan
-        How much is done: by default all of it, ``Plan.quick()`` for a few minutes. The same plan
-        gives the same files, but for the measured times.
+        The extent: by default everything, ``Plan.quick()`` for a few minutes. The same plan gives
+        the same files, except for the measured times.
     jobs
-        Processes (see `divespot.evaluate.run_rounds`).
+        Number of processes (see `divespot.evaluate.run_rounds`).
     on_round
-        Called with the number of rounds that are done and the number of all.
+        Called with the number of finished rounds and the number of all rounds.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def reproduce(
 
     """
     plan = plan or Plan()
-    # What is missing should be told before hours of work, not after.
+    # Missing extras are reported before hours of work.
     spatial(), figure_class(), html("", "")
     side, alone = _rounds(plan), list(running.rounds(plan))
     done = itertools.count(1)
@@ -103,13 +103,13 @@ def reproduce(
 
     found = Found.by(side, jobs=jobs, folder=out, on_done=tell)
     sections = {one.name: one.section(found, plan) for one in experiments(plan)}
-    # Times are taken when nothing else runs.
+    # Times are measured when nothing else runs.
     times = running.section(Found.by(alone, folder=out, on_done=tell), plan)
     return _write(Path(out), plan, sections, times)
 
 
 def _rounds(plan: Plan) -> list[Round]:
-    """Return all rounds that may run side by side, the longest first."""
+    """Return all rounds that may run in parallel, the longest first."""
     needs = merged(need for one in experiments(plan) for need in one.needs(plan))
     needs.sort(key=lambda one: -len(one.variants))
     return [*(r for one in experiments(plan) for r in one.rounds(plan)), *needs]
@@ -165,7 +165,7 @@ def _introduction(plan: Plan) -> str:
         f"{densities} The paper is *DIVESPOT: Depth Integrated Volume Estimation of Pile of "
         "Things Based on Point Cloud*; its scans were never published, so all scans here are "
         "simulated, of piles whose volume is known exactly: a time-of-flight camera on a rail "
-        "above corn, with noise, registration errors, flying pixels, stray points, posts, boxes "
+        "above corn, with noise, registration errors, flying pixels, outliers, posts, boxes "
         "and people (`divespot.simulate`). Columns named after the paper quote it; `Settings()` "
         "is divespot as it is used, `Settings.paper()` the paper's method. Errors are mean "
         "absolute relative errors unless they carry a sign. A pile that is not found counts as "

@@ -30,7 +30,7 @@ RUNS = 3
 
 @dataclass(frozen=True)
 class StagesRound:
-    """A scan cut down to a number of points, and its shortest time of some, stage by stage."""
+    """A scan reduced to a number of points, and the shortest of some times of each stage."""
 
     stages_of: Scan
     points: int
@@ -54,13 +54,13 @@ def _stages(plan: Plan) -> StagesRound:
 
 
 def rounds(plan: Plan) -> list[Round]:
-    """Need both presets, and both methods at each size; to be done one after the other."""
+    """Return both presets, and both methods at each size, to be run one after the other."""
     growing = [GrowingTimeRound(method, n) for method in METHODS for n in plan.layers]
     return [_stages(plan), *growing]
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     result = found.results[_stages(plan)]
     timings, points = result["timings_s"], result["points"]
     growing = {

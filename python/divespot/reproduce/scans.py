@@ -1,4 +1,4 @@
-"""One simulated scan, measured with all the settings that experiments want of it."""
+"""One simulated scan, measured with all settings that the experiments need."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from divespot.report import Report
     from divespot.simulate import SimulatedScan
 
-# Scans are measured side by side, a thread each; the bits are the same at any number of threads.
+# Scans are measured in parallel, with one thread each; results do not depend on the threads.
 OURS = Settings(threads=1)
 PAPER = Settings.paper(threads=1)
 
 
 @dataclass(frozen=True)
 class Scan:
-    """Which scan: of a scene with one pile, as it is or staged in another way."""
+    """A scan of a scene with one pile, unchanged or changed by a stage."""
 
     scene: str
     seed: int
@@ -35,7 +35,7 @@ class Scan:
     stage: str = "as it is"
 
     def take(self) -> SimulatedScan:
-        """Simulate it."""
+        """Simulate the scan."""
         scene = staged(self.scene, self.seed, self.stage)
         return scan(scene, seed=self.seed, repeat=self.repeat, density=self.density)
 
@@ -51,7 +51,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Measurement:
-    """What came of it: the pile, and the points that were left of the scan's."""
+    """The result: the pile, and the share of the scan's points that were left."""
 
     pile: PileOutcome
     points: int
@@ -79,16 +79,16 @@ def _measured(taken: SimulatedScan, variant: Variant) -> Measurement:
     try:
         report: Report | None = measure(points, variant.settings)
     except DivespotError:
-        report = None  # no volume: an error of all of the pile
+        report = None  # no volume: an error of 100 %
     pile = estimate(taken, report, variant.settings)
     return Measurement(pile, len(points), len(points) / len(taken.points))
 
 
 def estimate(taken: SimulatedScan, report: Report | None, settings: Settings) -> PileOutcome:
-    """Return what was measured of the only pile of a scan.
+    """Return the measurement of the only pile of a scan.
 
-    Where one object is measured, as in the paper, or objects are not told apart, all that is
-    measured is taken for the pile.
+    If one object is measured, as in the paper, or objects are not separated, everything measured
+    is taken as the pile.
     """
     stages = settings.stages
     if report is not None and (stages.select == "largest" or not stages.fine_cluster):

@@ -31,7 +31,7 @@ def _scans(plan: Plan, name: str) -> list[Scan]:
 
 
 def needs(plan: Plan) -> list[Need]:
-    """Need every shape with both presets, and the scans of the factor."""
+    """Return every shape with both presets, and the scans of the factor."""
     pairs = [(scan, v) for name in ROWS for scan in _scans(plan, name) for v in (OUR, PAPERS)]
     return [*pairs, *factor.needs(plan, plan.density)]
 
@@ -72,7 +72,7 @@ def _mean(piles: Iterable[PileOutcome]) -> float:
 
 
 def section(found: Found, plan: Plan) -> Section:
-    """Make the section."""
+    """Return the section of the page."""
     found_rows = rows(found, plan)
     return Section(
         "Eighteen shapes",
@@ -97,7 +97,7 @@ def _told(found: Found, plan: Plan) -> str:
         f"`Settings.paper()` is the paper's method with a compensation factor ({factors}), which "
         f"this command calibrated on {len(factor.needs(plan, plan.density))} scans of other piles "
         f"(seed {plan.other_seed}). u95 is the median expanded uncertainty that divespot reports, "
-        "held the share of the scans whose truth lies within it."
+        "held the share of the scans with the truth within u95."
     )
 
 
@@ -167,8 +167,8 @@ def _findings(found_rows: list[Row]) -> list[Finding]:
             f"`Settings.paper()` stays within the paper's {percent(paper.WITHIN)} on every area",
             worst <= paper.WITHIN,
             f"at most {percent(worst)}",
-            "One global peak of the histogram carries the registration errors of the scan: a "
-            "factor mends the mean, not the spread.",
+            "One global peak of the histogram includes the registration errors of the scan: a "
+            "factor corrects the mean, not the spread.",
         ),
     ]
 

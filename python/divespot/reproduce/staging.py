@@ -1,4 +1,4 @@
-"""Scenes of the paper's shapes, changed for an experiment."""
+"""The paper's shapes as scenes, changed for an experiment."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from divespot.simulate import Scene
 
 #: Depth error of the camera for the experiment with its height: within the 11 mm that the Azure
-#: Kinect's maker allows it.
+#: Kinect's maker specifies.
 BIAS_M = 0.010
-#: Registration error in height of each frame, which splits one floor into several.
+#: Error in height of each frame, which splits one floor into several levels.
 PLATEAUS_M = 0.015
-#: Lean of the scan's z for the experiment without pose correction: that of a rail hung by eye.
+#: Lean of the scan's z for the experiment without pose correction: that of a rail mounted by eye.
 LEAN_DEG = 1.0
-#: People who move over the heap, and how far from its middle at most, in radii of its cone.
+#: Number of people moving over the heap, and their largest distance from its middle in cone radii.
 PEOPLE, AROUND = 2, 1.0
-#: A step of the floor itself.
+#: Height of a step of the floor itself.
 STEP_M = 0.03
 
 
@@ -63,7 +63,7 @@ STAGES: Mapping[str, Callable[[Scene, np.random.Generator], Scene]] = MappingPro
         "stepped": lambda scene, _: _stepped(scene),
     }
 )
-"""What is done to a scene, by name."""
+"""Functions that change a scene, by name."""
 
 
 def staged(name: str, seed: int, stage: str) -> Scene:

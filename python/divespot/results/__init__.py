@@ -1,1 +1,1 @@
-"""Results as users want them: tables, outlines, reports, pictures, history, comparisons."""
+"""Output of results: tables, outlines, reports, pictures, history, comparisons."""

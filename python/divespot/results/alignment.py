@@ -1,4 +1,4 @@
-"""How two scans of a place lie to each other, from the ground that did not change."""
+"""Vertical alignment of two scans of a site, on ground that did not change."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: From the median absolute deviation to the standard deviation of a normal distribution.
+#: Factor from the median absolute deviation to the standard deviation of a normal distribution.
 NMAD = 1.4826
 
-#: Standard deviations that a two-sided test of 95 % allows for.
+#: Number of standard deviations of a two-sided test at 95 %.
 LEVEL_95 = 1.96
 
-#: Cells farther from the plane than so many standard deviations changed (Tukey's biweight).
+#: Cells farther from the plane than this many standard deviations get no weight (Tukey's biweight).
 TUKEY = 4.685
 
-#: Stable ground is looked at in so many blocks a side: within one, errors go together.
+#: Number of blocks per side for stable ground: errors within a block are correlated.
 BLOCKS = 12
 
-#: With fewer blocks of stable ground nothing is aligned; with fewer, nothing is turned.
+#: Fewest blocks of stable ground for an offset, and for a tilt.
 FEWEST, FEWEST_TO_TURN = 6, 24
 
 _ROUNDS = 20
@@ -31,20 +31,20 @@ _ROUNDS = 20
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """The heights by which the earlier scan was raised: a plane over the level frame.
+    """The plane by which the earlier scan was raised, over the level frame.
 
     Attributes
     ----------
     offset_m
-        In the middle of the stable ground.
+        Offset in the middle of the stable ground.
     tilt
         Slope along x and y.
     middle_m
-        Where that is.
+        x and y of that middle.
     covariance
-        Shape ``(3, 3)``: of offset and slopes.
+        Shape ``(3, 3)``: covariance of offset and slopes.
     blocks
-        Blocks of stable ground that it rests on; 0 where nothing was aligned.
+        Number of blocks of stable ground used; 0 if nothing was aligned.
     spread_m
         Standard deviation of the differences of single cells on stable ground.
 
@@ -59,19 +59,19 @@ class Alignment:
 
     @property
     def detection_m(self) -> float:
-        """The least change of one cell's height that is told from none (95 %).
+        """The smallest detectable height change of one cell (95 %).
 
         Lane, Westaway & Hicks, Earth Surf. Process. Landforms 28:249 (2003).
         """
         return LEVEL_95 * self.spread_m
 
     def raise_m(self, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return by how much the earlier scan is raised at a place."""
+        """Return by how much the earlier scan is raised at a position."""
         slopes = self.tilt[0] * (x_m - self.middle_m[0]) + self.tilt[1] * (y_m - self.middle_m[1])
         return np.asarray(self.offset_m + slopes)
 
     def u_m(self, x_m: float, y_m: float) -> float:
-        """Return the standard uncertainty of that."""
+        """Return the standard uncertainty of `raise_m` at a position."""
         at = np.array([1.0, x_m - self.middle_m[0], y_m - self.middle_m[1]])
         return math.sqrt(max(float(at @ self.covariance @ at), 0.0))
 
@@ -79,11 +79,11 @@ class Alignment:
 def align(
     difference_m: NDArray[np.float64], x_m: NDArray[np.float64], y_m: NDArray[np.float64]
 ) -> Alignment:
-    """Fit a plane to the differences on stable ground, robustly: some of it may have changed.
+    """Fit a plane to the differences on stable ground, robust to changes of some of it.
 
-    All of shape ``(rows, columns)``; NaN where the ground is not stable or was not seen twice.
-    How sure the plane is follows from the spread of the blocks' means, not of the cells:
-    neighbouring cells err together.
+    All arrays have the shape ``(rows, columns)``, with NaN where the ground is not stable or was
+    not seen twice. The uncertainty of the plane is taken from the spread of the blocks' means,
+    since errors of neighbouring cells are correlated.
     """
     nothing = np.zeros((3, 3))
     spread = _spread(difference_m[~np.isnan(difference_m)])
@@ -103,14 +103,14 @@ def align(
 
 
 def _spread(values: NDArray[np.float64]) -> float:
-    """Return a standard deviation that few changes do not reach."""
+    """Return a robust standard deviation, which a few changes do not affect."""
     return float(NMAD * np.median(np.abs(values - np.median(values)))) if len(values) else math.nan
 
 
 def _blocks(
     difference_m: NDArray[np.float64], x_m: NDArray[np.float64], y_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the median difference of each block that holds enough, and where it lies."""
+    """Return the median difference and the position of each block with enough cells."""
     step = max(-(-max(difference_m.shape) // BLOCKS), 1)
     found = []
     for row in range(0, difference_m.shape[0], step):
@@ -130,7 +130,7 @@ def fitted_robustly(
     """Return a robust fit and its covariance (iteratively reweighted, Tukey's biweight)."""
     weights = np.ones_like(values)
     fitted: NDArray[np.float64] = np.asarray(np.linalg.lstsq(terms, values, rcond=None)[0])
-    if (terms[:, 0] == 1.0).all():  # the first is an offset, of which the median knows most
+    if (terms[:, 0] == 1.0).all():  # the first term is an offset: start from the median
         fitted = np.append(np.median(values), np.zeros(terms.shape[1] - 1))
     for _ in range(_ROUNDS):
         off = values - terms @ fitted

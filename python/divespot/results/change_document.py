@@ -1,4 +1,4 @@
-"""What a report of a comparison says, in words and numbers, whatever it is set in."""
+"""The content of a comparison's report page, independent of its format."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Unit:
-    """The unit in which volumes are told."""
+    """The unit in which volumes are shown."""
 
     sign: str
     per_m3: float
@@ -41,17 +41,17 @@ class Unit:
         return cls(*volume_unit(max(volumes, default=1.0)))
 
     def told(self, change: Change) -> str:
-        """Return a volume with its uncertainty."""
+        """Return a volume with its uncertainty, as text."""
         return with_uncertainty(self.per_m3 * change.volume_m3, self.per_m3 * change.u95_m3)
 
     def rounded(self, volume_m3: float) -> str:
-        """Return a volume."""
+        """Return a volume, as text."""
         return rounded(self.per_m3 * volume_m3)
 
 
 @dataclass(frozen=True)
 class ChangeDocument:
-    """The page in the order in which it is read."""
+    """The page's parts in reading order."""
 
     texts: Mapping[str, Any]
     title: str
@@ -67,7 +67,7 @@ class ChangeDocument:
 
     @classmethod
     def of(cls, found: Comparison, unit: Unit, site: str | None = None) -> ChangeDocument:
-        """Return what is said of a comparison."""
+        """Return the page's parts for a comparison."""
         words, date = texts(), day_of(now())
         return cls(
             texts=words,
@@ -187,7 +187,7 @@ def _not_counted(places: Sequence[Place], unit: Unit, words: Mapping[str, Any]) 
 
 
 def numbers(ids: tuple[int, ...]) -> str:
-    """Return the numbers of piles."""
+    """Return the numbers of piles, as text."""
     return ", ".join(map(str, ids)) or "-"
 
 

@@ -1,4 +1,4 @@
-"""The plan of a comparison: what came and went, and how much, where."""
+"""The plan of a comparison: where and how much was gained and lost."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 
     from divespot.results.comparison import Comparison, Place
 
-#: Loss, nothing, gain: told apart also by the colour-blind.
+#: Colours of loss, no change, gain; also distinguishable for the colour-blind.
 COLORS = "PuOr_r"
 
-#: Of more places than so many, labels are short.
+#: If there are more places, labels are short.
 _MOST_IN_FULL = 8
 
 
 def draw_changes(
     found: Comparison, unit: str, per_m3: float, title: str = "", width_in: float = 8.0
 ) -> Figure:
-    """Draw by how much the heights differ, and the outlines of what is counted and what is not.
+    """Draw the differences of height, and the outlines of counted and uncounted places.
 
-    In the later scan's own coordinates where they are a plan of its ground. What is below the
-    level of detection of a cell is white.
+    In the later scan's own coordinates if they are plan coordinates of its ground. Differences
+    below the detection limit of a cell are white.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def draw_changes(
 
 
 def difference_m(found: Comparison) -> NDArray[np.float64]:
-    """Return the later height less the earlier one of each cell, NaN where one was not seen."""
+    """Return the later height less the earlier one of each cell, NaN where either is missing."""
     return np.asarray(found.level.height_map.heights_m - found.level.base_m)
 
 
@@ -69,7 +69,7 @@ def _draw_difference(axes: Axes, found: Comparison, frame: PlanFrame) -> None:
     known = np.abs(off[~np.isnan(off)])
     detection = np.nan_to_num(found.alignment.detection_m)
     clear = known[known > detection]
-    # A few stray cells are not to take all colours from the others.
+    # A few outlying cells must not use up the whole colour range.
     most = float(np.quantile(clear, 0.99)) if len(clear) else max(float(detection), 1e-3)
     scale = ScalarMappable(Normalize(-most, most), COLORS)
     shown = np.where(np.abs(off) > detection, off, 0.0)

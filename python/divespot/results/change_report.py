@@ -1,4 +1,4 @@
-"""A comparison in a file: a page to be read and signed, a plan, heights, outlines, JSON."""
+"""Saving a comparison: a page to read and sign, a plan, heights, outlines, JSON."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ if TYPE_CHECKING:
 
 BANDS = ("after", "before", "difference", "seen")
 
-#: What of a place is no attribute of its outline.
+#: Fields of a place that are not attributes of its outline.
 _ELSEWHERE = ("outline_m", "centroid_m", "net", "piles", "piles_before", "reason")
 
 
 def change_html(found: Comparison, unit: Unit, site: str | None = None) -> str:
-    """Return the page, which needs nothing else.
+    """Return the page as one self-contained HTML file.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def change_html(found: Comparison, unit: Unit, site: str | None = None) -> str:
 
 
 def change_pdf(found: Comparison, unit: Unit, site: str | None = None) -> bytes:
-    """Return the page for paper.
+    """Return the page as PDF.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def _plan_svg(found: Comparison, unit: Unit) -> str:
 
 
 def change_figure(found: Comparison, unit: Unit | None = None) -> Figure:
-    """Draw the plan of what came and went."""
+    """Draw the plan of gains and losses."""
     unit = unit or Unit.of(found)
     return draw_changes(found, unit.sign, unit.per_m3, _title(found, unit))
 
@@ -110,12 +110,12 @@ def save_change(
     unit: Unit | None = None,
     force: bool = False,
 ) -> None:
-    """Write a comparison; the ending of the path says as what, never over what was read.
+    """Write a comparison in the format of the path's ending, never over an input.
 
     Raises
     ------
     DivespotError
-        Another ending, an extra that is not installed, or a file that is not to be overwritten.
+        The ending is unknown, an extra is missing, or the file must not be overwritten.
 
     """
     ending = PurePath(path).suffix.lower()
@@ -131,7 +131,7 @@ def save_change(
     return None
 
 
-#: By ending: how files begin that divespot wrote.
+#: For each ending, a pattern of the files that divespot writes.
 OWN = {
     ".json": REPORT,
     ".geojson": OUTLINES,

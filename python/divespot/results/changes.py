@@ -1,4 +1,4 @@
-"""From what differs between two surveys to what was gained and lost."""
+"""Gains and losses, from the places where two surveys differ."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     Surveys: TypeAlias = tuple[Report | None, Report | None]
     Labels: TypeAlias = NDArray[np.int64]
 
-WITHOUT_GROUND = "no ground is in view: only what changed was measured, no pile of this scan"
+WITHOUT_GROUND = "no ground is in view: only changes were measured, no piles of this scan"
 
 
 @dataclass(frozen=True, eq=False)
 class _Ground:
-    """What both surveys show, on the cells of the later one."""
+    """The two surveys, on the cells of the later one."""
 
     level: Level
     was: Labels
@@ -50,7 +50,7 @@ class _Ground:
         return cls(level, was, is_now, slopes_between(level), fit)
 
     def place(self, pile: Pile, at: NDArray[np.bool_]) -> _Found:
-        """Return what is known of a place: how the surveys lie to each other makes it less sure."""
+        """Return a place with its uncertainty, including that of the alignment."""
         cell_m2 = self.level.height_map.cell_m**2
         x, y, _ = self.level.frame.to_level(np.array([pile.centroid_m]))[0].tolist()
         u_alignment = self.fit.alignment.u_m(x, y) * pile.footprint_m2
@@ -61,11 +61,11 @@ class _Ground:
         return _Found(pile, at, u_alignment, rise, limit, pile.reason or below)
 
     def _u_beside_m3(self, rise_m2: tuple[float, float]) -> float:
-        """Return what the uncertainty of x and y leaves to a volume."""
+        """Return a volume's standard uncertainty due to the alignment in x and y."""
         return 0.0 if self.fit.sideways is None else self.fit.sideways.u_m3(rise_m2)
 
     def told(self, found: _Found, number: int) -> Place:
-        """Return a place as users have it."""
+        """Return a place as part of the result."""
         pile = found.pile
         return Place(
             id=number,
@@ -84,7 +84,7 @@ class _Ground:
         )
 
     def summed(self, found: Sequence[_Found]) -> Change:
-        """Add up places; how sure it is that there are none, nothing says."""
+        """Add up places; without places the uncertainty is not known."""
         if not found:
             return Change(0.0, math.nan)
         rise = sum(one.rise_m2[0] for one in found), sum(one.rise_m2[1] for one in found)
@@ -110,7 +110,7 @@ def comparison_of(
     difference: Report,
     fit: Fit,
 ) -> Comparison:
-    """Return what came of a later scan that was held against the earlier one."""
+    """Return the comparison of a later scan with the earlier one."""
     ground = _Ground.of(reports, difference.level, fit)
     found = _places(difference, ground)
     listed = [one for one in found if one.reason is None]
@@ -135,7 +135,7 @@ def comparison_of(
 
 
 def _places(difference: Report, ground: _Ground) -> list[_Found]:
-    """Return all places that differ: those that the kernel counts, then those that it does not."""
+    """Return all places that differ: first those that the kernel counts, then the others."""
     found = []
     for piles in (difference.piles, difference.other_objects):
         at = labels(piles, difference.level.frame, difference.level)
@@ -172,7 +172,7 @@ def _warnings(reports: Surveys, fit: Fit, level: Level) -> tuple[str, ...]:
     if not fit.alignment.blocks:
         told.append(
             "too little ground was seen in both scans to align them: heights were taken as they "
-            "are too, and u95 knows nothing of how well they fit"
+            "are too, and u95 does not include how well they fit"
         )
     elif fit.aligned:
         told.append(_moved(fit, level))
@@ -182,17 +182,17 @@ def _warnings(reports: Surveys, fit: Fit, level: Level) -> tuple[str, ...]:
 
 
 def _moved(fit: Fit, level: Level) -> str:
-    """Return how the earlier scan was moved."""
-    raised = f"the earlier scan was raised by {fit.alignment.offset_m:.2g} m to lie on the ground"
+    """Return a sentence on how the earlier scan was moved."""
+    raised = f"the earlier scan was raised by {fit.alignment.offset_m:.2g} m to match the ground"
     shift_m = shift_in_scan_m(fit, level)
     if shift_m is None:
         return raised
     moved = ", ".join(f"{-value:.2g}" for value in shift_m[:2])
-    return f"{raised}, and moved by {moved} m in x and y so that piles lie on themselves"
+    return f"{raised}, and moved by {moved} m in x and y so that unchanged piles coincide"
 
 
 def _not_counted(others: Sequence[_Found]) -> list[str]:
-    """Return a warning of what differs but is no bulk material that came or went."""
+    """Return a warning about differences that are not counted as gain or loss."""
     if not others:
         return []
     volume_m3 = sum(abs(one.pile.volume_m3) for one in others)

@@ -1,4 +1,4 @@
-"""What changed between two surveys: the comparison and its JSON."""
+"""The changes between two surveys: the comparison and its JSON."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ SCHEMA = "divespot.comparison/1"
 
 @dataclass(frozen=True)
 class Change:
-    """A volume that was gained or, with a minus, lost.
+    """A volume that was gained or, if negative, lost.
 
-    Where no place is counted, how sure that is is not known: `u95_m3` is not a number, null in the
-    JSON. What is below the level of detection may have come and gone.
+    If no place is counted, the uncertainty is not known: `u95_m3` is NaN, null in the JSON.
+    Changes below the level of detection may have happened.
     """
 
     volume_m3: float
@@ -49,12 +49,13 @@ class Change:
 
 @dataclass(frozen=True)
 class Place:
-    """A place where the later scan differs from the earlier one by more than can be told apart.
+    """A place where the later scan differs from the earlier one by more than the detection limit.
 
-    `gain_m3` lies above the earlier surface, `loss_m3` below it; `net` is the one less the other,
-    with its uncertainty, that of the alignment included. A net change of less than `detection_m3`
-    may be none. `piles` are those of the later survey that lie there, `piles_before` those of the
-    earlier one. `reason` says why a place is not counted. Positions are in the scan's frame.
+    `gain_m3` is the volume above the earlier surface, `loss_m3` that below it; `net` is the
+    difference, with its uncertainty including that of the alignment. A net change below
+    `detection_m3` may be no change. `piles` are the later survey's piles at the place,
+    `piles_before` the earlier one's. `reason` says why a place is not counted. Positions are in the
+    scan's frame.
     """
 
     id: int
@@ -74,9 +75,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Match:
-    """Piles of both surveys that lie on each other; either side may be empty.
+    """Overlapping piles of both surveys; either side may be empty.
 
-    `change` is the difference of the two volumes, each above its own base; u95 adds up in squares.
+    `change` is the difference of the two volumes, each above its own base; u95 adds in squares.
     """
 
     before: tuple[int, ...]
@@ -93,16 +94,16 @@ class Match:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """How well two surveys lie on each other.
+    """The alignment of two surveys.
 
     Attributes
     ----------
     alignment
-        In height, on ground that did not change.
+        Vertical alignment, on ground that did not change.
     sideways
-        In x and y, on piles that did not change; None where there is none.
+        Alignment in x and y, on piles that did not change; None if there are none.
     spread
-        How far the two differ on ground that did not change.
+        Differences of the surveys on ground that did not change.
     aligned
         Whether the earlier survey was raised and moved accordingly.
 
@@ -116,13 +117,13 @@ class Fit:
 
 @dataclass(frozen=True, repr=False)
 class Comparison:
-    """Two surveys of a place.
+    """Two surveys of a site.
 
-    `before` and `after` are their reports, None where no ground was in view; `settings` are those
-    with which the change was measured.
-    `gain` are the places that gained, `loss` those that lost, `net` both; what of them is not
-    counted is in `not_counted`, with the reason. `fit` says how well the two lie on each other.
-    `scene` has the heights of the later scan and, as base, of the earlier one.
+    `before` and `after` are their reports, None if no ground was in view; `settings` are those used
+    to measure the change. `gain` is the sum of the places that gained, `loss` that of those that
+    lost, `net` the sum of both; `not_counted` holds the other places, with the reason. `fit` is the
+    alignment of the surveys. `scene` has the heights of the later scan and, as base, those of the
+    earlier one.
     """
 
     before: Report | None
@@ -141,37 +142,37 @@ class Comparison:
 
     @property
     def alignment(self) -> Alignment:
-        """How the two lie to each other in height."""
+        """The vertical alignment of the surveys."""
         return self.fit.alignment
 
     @property
     def spread(self) -> Spread:
-        """How far the two differ on ground that did not change."""
+        """The differences of the surveys on ground that did not change."""
         return self.fit.spread
 
     @property
     def aligned(self) -> bool:
-        """Whether the earlier survey was raised, and moved."""
+        """Whether the earlier survey was raised and moved."""
         return self.fit.aligned
 
     @property
     def shift_m(self) -> Position | None:
-        """By how much the earlier scan lies off the later one in its frame, in metres."""
+        """Offset of the earlier scan from the later one, in the scan's frame, in metres."""
         return shift_in_scan_m(self.fit, self.level)
 
     @property
     def level(self) -> Level:
-        """The heights of the later scan and, as base, of the earlier one."""
+        """The heights of the later scan and, as base, those of the earlier one."""
         return self.scene
 
     @property
     def source(self) -> Source:
-        """Where the points of the later scan came from: places are in its frame and unit."""
+        """The later scan's source: places are in its frame and unit."""
         return self.sources[1]
 
     @property
     def inputs(self) -> tuple[str | None, ...]:
-        """Paths of all that was read: no output may take their place."""
+        """Paths of all inputs, which no output may overwrite."""
         paths = (path for source in self.sources for path in (source.path, *source.files))
         return *paths, self.settings.outline if isinstance(self.settings.outline, str) else None
 
@@ -196,7 +197,7 @@ class Comparison:
         }
 
     def to_json(self, *, indent: int | None = 1) -> str:
-        """Return the comparison as one JSON object; what is not a number is null."""
+        """Return the comparison as one JSON object; NaN becomes null."""
         return json.dumps(finite(self.to_dict()), indent=indent, allow_nan=False)
 
     def _alignment(self) -> dict[str, Any]:
@@ -214,7 +215,7 @@ class Comparison:
 
 
 def shift_in_scan_m(fit: Fit, level: Level) -> Position | None:
-    """Return the shift sideways in the scan's frame; None where it is not known."""
+    """Return the shift in x and y in the scan's frame; None if it is not known."""
     if fit.sideways is None:
         return None
     ends = level.frame.to_scan(np.array([(0.0, 0.0, 0.0), (*fit.sideways.shift_m, 0.0)]))
@@ -228,7 +229,7 @@ def _survey(source: Source, report: Report | None) -> dict[str, Any]:
 
 
 def changed(piles: Sequence[Pile], u_alignment_m3: float, u_beside_m3: float) -> Change:
-    """Add up places: what errs to the same side in all adds up linearly, the rest in squares."""
+    """Add up places: errors common to all linearly, the others in squares."""
     common = [sum(getattr(pile.budget, term) for pile in piles) for term in COMMON]
     own = dict.fromkeys(COMMON, 0.0)
     rest = [dataclasses.replace(pile.budget, **own).combined_m3() for pile in piles]

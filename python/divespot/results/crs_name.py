@@ -10,7 +10,7 @@ _NAME = re.compile(r'^\s*\w+\["([^"]+)"')
 
 
 def crs_name(text: str | None) -> str | None:
-    """Return ``EPSG:code`` where a system (WKT, or a name) says so, else what it is called."""
+    """Return ``EPSG:code`` if a system (WKT, or a name) states it, otherwise its name."""
     if not text:
         return None
     code = epsg(text)

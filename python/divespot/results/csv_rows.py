@@ -1,4 +1,4 @@
-"""A CSV file of measurements: a row a pile."""
+"""A CSV file of measurements: one row per pile."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from divespot.report import Pile, Report
 
-#: Units are in the names; places are in the scan's own frame and unit, which `scan_unit` names.
+#: Units are in the names; positions are in the scan's own frame and unit, named by `scan_unit`.
 COLUMNS = (
     *("time", "scan", "scan_unit", "crs", "pile", "name", "material"),
     *("volume_m3", "u95_m3", "cut_m3", "fill_m3", "mass_kg", "u95_mass_kg"),
@@ -25,7 +25,7 @@ COLUMNS = (
     *("seen_fraction", "touches_edge", "leans_on_wall", "base", "remarks"),
 )
 
-#: Columns that a pile has under the same name.
+#: Columns with the same name as the pile's field.
 _OWN = (
     *(name for name in COLUMNS if name.endswith(("_m3", "_kg", "_m2", "_m"))),
     *("name", "seen_fraction", "touches_edge", "leans_on_wall", "base"),
@@ -40,7 +40,7 @@ def now() -> str:
 
 
 def rows_of(report: Report, time: str | None = None) -> list[dict[str, Any]]:
-    """Return a row for each pile, or one that says that there is none."""
+    """Return one row per pile, or a single row that says that there is none."""
     source = report.source
     common = {
         "time": now() if time is None else time,
@@ -73,7 +73,7 @@ def _own(pile: Pile) -> dict[str, Any]:
 
 
 def text_of(rows: Iterable[dict[str, Any]], *, header: bool) -> str:
-    """Return rows as CSV (RFC 4180, but for line ends)."""
+    """Return rows as CSV (RFC 4180, except for line ends)."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     if header:
@@ -85,7 +85,7 @@ def text_of(rows: Iterable[dict[str, Any]], *, header: bool) -> str:
 def save_csv(
     report: Report, path: str | os.PathLike[str], *, append: bool = False, time: str | None = None
 ) -> None:
-    """Write a row for each pile, or add it to what a file holds.
+    """Write one row per pile, or append them to an existing file.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def save_csv(
 def write_rows(
     path: str | os.PathLike[str], rows: Iterable[dict[str, Any]], *, append: bool
 ) -> None:
-    """Write rows below a header, or add them to what a file with the same columns holds."""
+    """Write rows under a header, or append them to a file with the same columns."""
     if append and _is_begun(path):
         append_line(path, text_of(rows, header=False))
     else:

@@ -1,4 +1,4 @@
-"""The heights of a report as a GeoTIFF: surface, base, and the difference of the two."""
+"""The heights of a report as a GeoTIFF: surface, base, and their difference."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ if TYPE_CHECKING:
 
 ENDINGS = (".tif", ".tiff")
 
-#: By this a later run knows its own files; see `divespot.output.DEM`.
+#: A later run recognizes its own files by this; see `divespot.output.DEM`.
 MARK = "written by divespot"
 
 BANDS = ("surface", "base", "difference", "seen")
 
 
 def save_dem(report: Report, path: str | os.PathLike[str]) -> None:
-    """Write surface, base and their difference in the scan's own frame and unit, and what was seen.
+    """Write surface, base, difference and seen cells, in the scan's own frame and unit.
 
-    The cells are those that were measured, so that the difference summed up over a pile is its
-    volume; where the level frame is turned against the scan's x and y, so is the raster (by its
-    affine transform). Within piles, cells that were not seen (0 in the last band) are drawn
-    through; beyond, they are NaN.
+    The cells are those that were measured, so that the difference summed over a pile is its volume.
+    If the level frame is rotated against the scan's x and y, so is the raster (by its affine
+    transform). Cells within piles that were not seen (0 in the last band) are interpolated; other
+    unseen cells are NaN.
 
     Raises
     ------
     DivespotError
-        Another ending, the extra ``raster`` is not installed, the scan's x and y are no plan of
-        its ground, or the file cannot be written.
+        The ending is unknown, the extra ``raster`` is missing, the scan's x and y are not plan
+        coordinates of its ground, or the file cannot be written.
 
     """
     require_kind("report", report, Report)
@@ -58,7 +58,7 @@ def save_heights(
     inputs: Iterable[str | None],
     piles: Sequence[Pile] = (),
 ) -> None:
-    """Write heights, those of the base, their difference, and what was seen (see `save_dem`)."""
+    """Write heights, base, difference and seen cells (see `save_dem`)."""
     if not str(path).lower().endswith(ENDINGS):
         raise DivespotError(f"{path}: heights are written as one of {', '.join(ENDINGS)}")
     refuse_inputs(path, "the heights", inputs)
@@ -97,7 +97,7 @@ def _written(
 
 
 def _bands(report: Placed, piles: Sequence[Pile]) -> NDArray[np.float32]:
-    """Return the bands, the northernmost row first."""
+    """Return the bands, northernmost row first."""
     level = report.level
     x, y = level.height_map.centers_m()
     seen = ~np.isnan(level.height_map.heights_m)
@@ -113,23 +113,23 @@ def _bands(report: Placed, piles: Sequence[Pile]) -> NDArray[np.float32]:
 
 
 def _through(heights_m: NDArray[np.float64], within: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return heights that are drawn through gaps within piles."""
+    """Return heights interpolated across gaps within piles."""
     return np.where(np.isnan(heights_m) & within, filled(heights_m), heights_m)
 
 
 def _transform(frame: PlanFrame, rows: int) -> Any:  # noqa: ANN401 - of a package that may be absent
-    """Return the way from columns and rows, counted from the upper left, to x and y."""
+    """Return the transform from columns and rows, counted from the upper left, to x and y."""
     (a, c, e), (b, d, f) = frame.matrix
     affine = extra("affine", "raster", "a raster of heights needs rasterio").Affine
     return affine(a, -c, e + rows * c, b, -d, f + rows * d)
 
 
 def _system(report: Placed) -> Any:  # noqa: ANN401 - as above
-    """Return the scan's coordinate system; None where it has none that GDAL knows."""
+    """Return the scan's coordinate system; None if GDAL does not know it."""
     crs = extra("rasterio.crs", "raster", "a raster of heights needs rasterio").CRS
     if not report.source.crs:
         return None
     try:
         return crs.from_user_input(report.source.crs)
-    except ValueError:  # rasterio's CRSError is one
+    except ValueError:  # rasterio's CRSError is a subclass
         return None

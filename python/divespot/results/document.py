@@ -1,4 +1,4 @@
-"""What a report page says, in words and numbers, whatever it is set in."""
+"""The content of a report page, independent of its format."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: From this mass on, in kg, tonnes are told.
+#: From this mass on, in kg, tonnes are shown.
 TONNES_FROM_KG = 1000.0
 
-#: Bytes of a file that are hashed at once.
+#: Number of bytes of a file that are hashed at a time.
 _BLOCK = 1 << 20
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A text, and the number of the JSON that it tells."""
+    """A text, and the number of the JSON that it shows."""
 
     text: str
     value: float | int | None = None
@@ -49,7 +49,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A header and rows; `total` stands below them."""
+    """A header and rows; `total` is shown below them."""
 
     header: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
@@ -58,16 +58,16 @@ class Table:
 
 @dataclass(frozen=True)
 class Survey:
-    """What is known of a survey beside the report.
+    """Information about a survey that is not in the report.
 
     Attributes
     ----------
     site
-        What the place is called; by default the name of the scan.
+        Name of the site; by default the name of the scan.
     date
-        When it was measured (ISO 8601).
+        Time of the measurement (ISO 8601).
     past
-        Earlier surveys of the place, the last one last.
+        Earlier surveys of the site, the latest one last.
 
     """
 
@@ -76,14 +76,14 @@ class Survey:
     past: tuple[Past, ...] = ()
 
     def with_now(self, report: Report) -> tuple[Past, ...]:
-        """Return all surveys, this one last."""
+        """Return all surveys, the present one last."""
         total = report.total
         return *self.past, Past(self.date or now(), total.volume_m3, total.u95_m3)
 
 
 @dataclass(frozen=True)
 class Document:
-    """The page in the order in which it is read."""
+    """The page's parts in reading order."""
 
     texts: Mapping[str, Any]
     title: str
@@ -100,7 +100,7 @@ class Document:
 
     @classmethod
     def of(cls, report: Report, survey: Survey, most_sections: int) -> Document:
-        """Return what is said of a report."""
+        """Return the page's parts for a report."""
         words, shown = texts(), Shown.of(report)
         date = survey.date or now()
         count = len(report.piles)
@@ -122,7 +122,7 @@ class Document:
 
 
 def day_of(time: str) -> str:
-    """Return an ISO 8601 time for people."""
+    """Return an ISO 8601 time as text for people."""
     return time.replace("T", " ").replace("+00:00", " UTC")
 
 
@@ -149,7 +149,7 @@ def _facts(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tuple[s
 
 
 def _known(values: Iterable[T | None]) -> list[T]:
-    """Return each of the values that are known once."""
+    """Return each value that is not None once."""
     return [value for value in dict.fromkeys(values) if value is not None]
 
 
@@ -251,7 +251,7 @@ def _provenance(report: Report, date: str, words: Mapping[str, Any]) -> tuple[tu
 
 
 def files_told(source: Source, words: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return each file of a scan and its hash."""
+    """Return each file of a scan with its hash."""
     of_files = (
         (
             (words["file"], printable(p or "-")),
@@ -263,7 +263,7 @@ def files_told(source: Source, words: Mapping[str, Any]) -> list[tuple[str, str]
 
 
 def file_hash(path: str | None) -> str | None:
-    """Return the SHA-256 of a file; None where it can no longer be read."""
+    """Return the SHA-256 of a file; None if it can no longer be read."""
     if path is None:
         return None
     digest = hashlib.sha256()
@@ -277,7 +277,7 @@ def file_hash(path: str | None) -> str | None:
 
 
 def settings_told(settings: Settings) -> tuple[tuple[str, str], ...]:
-    """Return the settings in force, those of the stages among them."""
+    """Return the settings that were used, including those of the stages."""
     values = dataclasses.asdict(settings)
     values.update(values.pop("stages"))
     return tuple((name, _told(value)) for name, value in values.items() if value is not None)

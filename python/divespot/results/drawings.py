@@ -28,25 +28,25 @@ if TYPE_CHECKING:
 
 SAND, SEEN_NOT = "#e3b778", "#c0392b"
 
-#: Of more piles than so many, the largest have sections.
+#: If there are more piles, only the largest have sections.
 MOST_SECTIONS = 12
 
-#: Sections are drawn higher than they are, at most so many times.
+#: Largest vertical exaggeration of sections.
 MOST_EXAGGERATED = 5.0
 
-#: A colour for each term of the budget, in its order; told apart also by the colour-blind.
+#: A colour for each term of the budget, in order; also distinguishable for the colour-blind.
 TERMS = (*("#4477aa", "#66ccee", "#228833", "#ccbb44", "#ee6677", "#aa3377", "#bbbbbb", "#222255"),)
 
 
-#: Letters stay text, and the same drawing has the same names.
+#: Text is kept as text, and equal drawings get equal ids.
 _TEXT_IS_TEXT: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "divespot"}
 
-#: Margins of the sections, as shares of their figure: laying them out anew each time takes longer.
+#: Margins of the sections, as shares of their figure; fixed, since computing them takes longer.
 _ROOM = {"left": 0.065, "right": 0.99, "top": 0.87, "bottom": 0.2, "wspace": 0.08}
 
 
 def svg(figure: Figure) -> str:
-    """Return a figure as SVG without what stands before its root element."""
+    """Return a figure as SVG, starting with its root element."""
     from matplotlib import rc_context  # noqa: PLC0415 - an extra
 
     data = BytesIO()
@@ -133,7 +133,7 @@ def draw_history(axes: Axes, past: Sequence[Past], shown: Shown, label: str | No
 
 
 def budget_svg(report: Report, names: Mapping[str, str], axis: str) -> str:
-    """Return each pile's u95 as a bar, parted by what it comes from."""
+    """Return a bar chart of each pile's u95, split by source."""
     piles = report.piles[:MOST_SECTIONS]
     figure = figure_class()(figsize=(9.0, 0.9 + 0.32 * len(piles)), layout="constrained")
     axes = figure.subplots()
@@ -154,7 +154,7 @@ def budget_svg(report: Report, names: Mapping[str, str], axis: str) -> str:
 
 
 def _part(pile: Pile, term: str) -> float:
-    """Return a term's part of u95 in % of the volume: its part of the variance."""
+    """Return a term's share of u95 in % of the volume, in proportion to its variance."""
     variance = sum(value * value for value in vars(pile.budget).values())
     share = getattr(pile.budget, term) ** 2 / variance if variance else 0.0
     return 100.0 * share * pile.u95_m3 / abs(pile.volume_m3) if pile.volume_m3 else 0.0
@@ -165,13 +165,13 @@ THEMED = {INK: "ink", HATCH: "line", PAPER: "paper"}
 
 
 def themed(drawing: str) -> str:
-    """Return a drawing of which ink and lines take the page's colours."""
+    """Return a drawing whose ink and lines have the page's colours."""
     pattern = re.compile("|".join(THEMED))
     return pattern.sub(lambda found: f"var(--{THEMED[found[0]]})", drawing)
 
 
 def numbered(drawing: str, number: int) -> str:
-    """Return a drawing whose names are none of another drawing's on the same page."""
+    """Return a drawing whose ids differ from those of other drawings on the page."""
     ids = re.sub(r'\bid="([^"]+)"', rf'id="d{number}-\1"', drawing)
     links = re.sub(r'href="#([^"]+)"', rf'href="#d{number}-\1"', ids)
     return re.sub(r"url\(#([^)]+)\)", rf"url(#d{number}-\1)", links)

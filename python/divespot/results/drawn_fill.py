@@ -1,4 +1,4 @@
-"""Heights for drawing where nothing was seen; volumes rest on the estimator's own."""
+"""Heights drawn where nothing was seen; volumes use the estimator's own filling."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 def filled(heights_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a map without gaps: means of ever larger blocks, the smallest that holds a height.
+    """Return a map without gaps, filled with means of the smallest block that holds a height.
 
     Push and pull over a pyramid (Gortler et al., The Lumigraph, 1996, section 3.4), smoothed once
-    on each level; all NaN where nothing was seen.
+    on each level; all NaN if nothing was seen.
     """
     if min(heights_m.shape) <= 1 or not np.isnan(heights_m).any():
         return heights_m.copy()
@@ -30,13 +30,13 @@ def _halved(heights_m: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def thinned(heights_m: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Return the mean of each block of `step` x `step` cells, NaN where it holds no height."""
+    """Return the mean of each block of `step` x `step` cells, NaN if it holds no height."""
     rows, columns = (-(-size // step) * step for size in heights_m.shape)
     padded = np.full((rows, columns), np.nan)
     padded[: heights_m.shape[0], : heights_m.shape[1]] = heights_m
     blocks = padded.reshape(rows // step, step, columns // step, step)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # blocks of NaN alone
+        warnings.simplefilter("ignore", RuntimeWarning)  # blocks with only NaN
         return np.asarray(np.nanmean(blocks, axis=(1, 3)))
 
 

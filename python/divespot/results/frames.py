@@ -11,7 +11,7 @@ from divespot.errors import DivespotError
 if TYPE_CHECKING:
     from divespot.report import Pile, Report
 
-#: What of a pile is more than one value.
+#: Fields of a pile with more than one value.
 _NESTED = ("centroid_m", "outline_m", "budget", "volume_by_base_m3")
 
 

@@ -1,4 +1,4 @@
-"""The piles' outlines as a GeoPackage, with what was measured of each."""
+"""The piles' outlines as a GeoPackage, with their measured values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from divespot.directions import Position
 
-#: By this a later run knows its own files; see `divespot.output.GEOPACKAGE`.
+#: A later run recognizes its own files by this; see `divespot.output.GEOPACKAGE`.
 MARK = "written by divespot"
 
 LAYER = "piles"
@@ -33,14 +33,14 @@ LAYER = "piles"
 def save_gpkg(report: Report, path: str | os.PathLike[str]) -> None:
     """Write the piles' outlines as a GeoPackage.
 
-    They are in the scan's own frame, unit and reference system. Each has the pile's figures as
-    attributes, without those that are known of none. Later scans may be measured inside the
+    They are in the scan's own frame, unit and reference system, with the pile's values as
+    attributes, without those that no pile has. Later scans may be measured inside the
     outlines: ``outline=path``.
 
     Raises
     ------
     DivespotError
-        Another ending, the extra ``gis`` is not installed, or the file cannot be written.
+        The ending is unknown, the extra ``gis`` is missing, or the file cannot be written.
 
     """
     require_kind("report", report, Report)
@@ -76,17 +76,17 @@ def layer(
         "layer_options": {"DESCRIPTION": MARK},
     }
     with TemporaryDirectory(prefix="divespot-") as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of a system that is none
+        warnings.simplefilter("ignore")  # about unknown systems
         file = Path(folder) / "layer.gpkg"
         try:
             pyogrio.raw.write(file, crs=system, **about)
-        except pyogrio.errors.CRSError:  # of an engineer's own, which GDAL does not know
+        except pyogrio.errors.CRSError:  # a local system, which GDAL does not know
             pyogrio.raw.write(file, crs=None, **about)
         return file.read_bytes()
 
 
 def _column(values: list[Any]) -> NDArray[Any]:
-    """Return a column of one type: numbers, truths, or texts with None for none."""
+    """Return a column of one type: numbers, booleans, or texts and None."""
     known = [value for value in values if value is not None]
     if known and all(isinstance(value, bool) for value in known):
         return np.array(values, dtype=np.bool_)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from divespot.report import Report
 
-#: What SQLite writes into the file's header, so that it is known as one of ours.
+#: SQLite's application id in the file's header, by which divespot recognizes its own files.
 APPLICATION = int.from_bytes(b"dvsp", "big")
 
 _TABLES = f"""
@@ -39,7 +39,7 @@ CREATE TABLE piles (
 
 @dataclass(frozen=True)
 class Past:
-    """The total of a measurement, and when it was made (ISO 8601, UTC)."""
+    """The total of a measurement, and its time (ISO 8601, UTC)."""
 
     time: str
     volume_m3: float
@@ -48,7 +48,7 @@ class Past:
 
 @dataclass(frozen=True)
 class Entry(Past):
-    """A measurement of a history; `report` is its JSON."""
+    """A measurement in a history; `report` is its JSON."""
 
     id: int
     site: str
@@ -62,12 +62,12 @@ class Entry(Past):
 def add(
     report: Report, path: str | os.PathLike[str], *, site: str = "", time: str | None = None
 ) -> int:
-    """Add a measurement to a history, which is begun where there is none; return its number.
+    """Add a measurement to a history, which is created if missing; return its number.
 
     Raises
     ------
     DivespotError
-        The file is none that divespot wrote, or cannot be written.
+        The file was not written by divespot, or cannot be written.
 
     """
     refuse_inputs(path, "the history", report.inputs)
@@ -99,12 +99,12 @@ def _pile_row(number: int, pile: Any) -> tuple[Any, ...]:  # noqa: ANN401 - a pi
 
 
 def entries(path: str | os.PathLike[str], site: str | None = None) -> list[Entry]:
-    """Return the measurements of a history, or those of one site, in the order of time.
+    """Return the measurements of a history, or those of one site, in order of time.
 
     Raises
     ------
     DivespotError
-        There is no such file, or it is no history.
+        The file does not exist, or is not a history.
 
     """
     if not Path(path).is_file():
@@ -117,13 +117,13 @@ def entries(path: str | os.PathLike[str], site: str | None = None) -> list[Entry
 
 
 def past(path: str | os.PathLike[str], site: str = "") -> tuple[Past, ...]:
-    """Return the totals of a site so far; none where the history is not begun."""
+    """Return the totals of a site so far; empty if there is no history yet."""
     return tuple(entries(path, site)) if Path(path).is_file() and Path(path).stat().st_size else ()
 
 
 @contextmanager
 def _opened(path: str | os.PathLike[str], *, begin: bool) -> Iterator[sqlite3.Connection]:
-    """Open a history for one transaction, which is written as a whole or not at all."""
+    """Open a history for one transaction, which is written whole or not at all."""
     try:
         with closing(sqlite3.connect(path)) as base, base:
             if begin and not base.execute("PRAGMA schema_version").fetchone()[0]:

@@ -1,4 +1,4 @@
-"""A report as one HTML page that needs nothing else."""
+"""A report as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def html_report(report: Report, survey: Survey | None = None) -> str:
 
 
 def _drawn(report: Report, doc: Document) -> dict[str, Any]:
-    """Return what needs the heights: plan, sections, bars and the 3D view."""
+    """Return the parts that need the heights: plan, sections, bars and the 3D view."""
     markup = extra("jinja2", "report", NEED.format("Jinja2")).utils.markupsafe.Markup
     words = json.dumps({"failed": doc.texts["view_failed"]})
     drawings = section_svgs(report, doc.texts)
@@ -91,24 +91,24 @@ def _on_page(drawings: Iterable[str]) -> Iterable[str]:
 
 
 def _plotly() -> str:
-    """Return Plotly's script, compressed: as it is, it would take nearly all that a page may."""
+    """Return Plotly's script, compressed, since it would exceed the page's size limit otherwise."""
     extra("plotly", "report", NEED.format("plotly"))
     script = files("plotly").joinpath("package_data", "plotly.min.js").read_bytes()
     return b64encode(gzip.compress(script, compresslevel=6, mtime=0)).decode()
 
 
 def template(name: str) -> Any:  # noqa: ANN401 - of Jinja2, which may be absent
-    """Return a template of a page."""
+    """Return a page template."""
     jinja2 = extra("jinja2", "report", NEED.format("Jinja2"))
     loader = jinja2.FunctionLoader(template_text)
     return jinja2.Environment(autoescape=True, trim_blocks=True, loader=loader).get_template(name)
 
 
 def in_script(text: str) -> str:
-    """Return JSON that no tag within can end."""
+    """Return JSON escaped so that no tag within it ends the script."""
     return text.replace("<", "\\u003c")
 
 
 def template_text(name: str) -> str:
-    """Return a file of the templates."""
+    """Return the text of a template file."""
     return files("divespot.results").joinpath("templates", name).read_text("utf-8")

@@ -1,4 +1,4 @@
-"""The scan's points as LAS, each with what it was found to be of."""
+"""The scan's points as LAS, classified by ground and pile."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 ENDINGS = (".las", ".laz")
 
-#: Classes after the LAS specification (ASPRS, 1.4 R15, table 17).
+#: Classes of the LAS specification (ASPRS, 1.4 R15, table 17).
 GROUND, UNCLASSIFIED = 2, 1
 
-#: Coordinates of files that are no LAS are rounded to this, in their own unit.
+#: Rounding step for coordinates from files that are not LAS, in their own unit.
 STEP = 1e-4
 
-#: Points that are classified at once.
+#: Number of points that are classified at a time.
 BATCH = 1 << 20
 
 _WKT, _MOST_PILES = 2112, 65535
@@ -44,17 +44,17 @@ _WKT, _MOST_PILES = 2112, 65535
 def save_las(report: Report, path: str | os.PathLike[str]) -> None:
     """Write all points of the scan's file, with class 2 for ground and the number of the pile.
 
-    Ground are points within the margin of the base that lie in no pile; what lies in a pile, and
-    all else, is unclassified. The extra dimension ``pile`` is 0 outside piles, and for what
-    stands or hangs over them. Of a LAS or LAZ file everything else is kept: point format, every
-    dimension, coordinate system, and points that were not measured; of other files, and of several
-    that were merged, the points; of a file on a server, those inside of the crop.
+    Points within the margin of the base and in no pile are ground; points in piles and all others
+    are unclassified. The extra dimension ``pile`` is 0 outside piles, and for objects that stand or
+    hang over them. For a LAS or LAZ file everything else is kept: point format, all dimensions,
+    coordinate system, and points that were not measured. For other files, and for several merged
+    files, only the points are written; for a file on a server, those inside the crop.
 
     Raises
     ------
     DivespotError
-        The report is of an array or from JSON, another ending, or the file cannot be read or
-        written.
+        The report is for an array or from JSON, the ending is unknown, or the file cannot be read
+        or written.
 
     """
     require_kind("report", report, Report)
@@ -84,7 +84,7 @@ def _bytes_of(path: str) -> bytes:
 
 
 class _Kinds:
-    """What points are of, by their place."""
+    """Classifies points by their position."""
 
     def __init__(self, report: Report) -> None:
         self.report = report
@@ -103,7 +103,7 @@ class _Kinds:
         inside = finite & (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
         cell = np.where(inside, row, 0).astype(int), np.where(inside, column, 0).astype(int)
         surface, base = grid.heights_m[cell], level.base_m[cell]
-        # A cell's height is that of its middle: on a slope its points lie off it by half a cell.
+        # A cell's height is that of its middle: on a slope, its points differ by up to half a cell.
         near = np.abs(at[:, 2] - surface) <= max(self._margin_m, grid.cell_m)
         pile = np.where(inside & near, np.minimum(self._pile[cell], _MOST_PILES), 0)
         on_base = np.abs(at[:, 2] - base) <= self._margin_m
@@ -113,7 +113,7 @@ class _Kinds:
 
 
 def _annotated(data: bytes, kinds: _Kinds, *, compress: bool) -> bytes:
-    """Return a LAS file with every point of another."""
+    """Return a copy of a LAS file with its points classified."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
     held = BytesIO()
@@ -133,7 +133,7 @@ def _annotated(data: bytes, kinds: _Kinds, *, compress: bool) -> bytes:
 
 
 def _header_of(found: Any) -> Any:  # noqa: ANN401 - laspy ships no types
-    """Return the header of a copy that has the pile besides; an index of the copied one is not."""
+    """Return a header for the copy, with the dimension for the pile and without an index."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
     header = copy.deepcopy(found)
@@ -146,14 +146,14 @@ def _header_of(found: Any) -> Any:  # noqa: ANN401 - laspy ships no types
 
 
 def _metres(header: Any, report: Report) -> NDArray[np.float64]:  # noqa: ANN401 - as above
-    """Return the metres in the units of x, y and z."""
+    """Return the metres per unit of x, y and z."""
     plan = UNITS[report.source.unit]
     vertical = read_crs(header).vertical_unit if report.settings.unit == "auto" else None
     return np.array([plan, plan, UNITS.get(vertical or "", plan)])
 
 
 def _converted(kinds: _Kinds, *, compress: bool) -> bytes:
-    """Return a LAS file with the points of files in another format, or of several."""
+    """Return a LAS file with the points of files in another format, or of several files."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
     report = kinds.report
@@ -177,7 +177,7 @@ def _converted(kinds: _Kinds, *, compress: bool) -> bytes:
 
 
 def _wkt(crs: str | None) -> str | None:
-    """Return a reference system as WKT; None where it has none, or pyproj is missing."""
+    """Return a reference system as WKT; None if there is none, or pyproj is missing."""
     if crs is None or "[" in crs:
         return crs
     system = known_system(crs)
@@ -185,9 +185,9 @@ def _wkt(crs: str | None) -> str | None:
 
 
 def _points_m(report: Report) -> NDArray[np.float64]:
-    """Return the points of the scan's files once more, without those that are not finite."""
+    """Read the points of the scan's files again, without those that are not finite."""
     source, settings = report.source, report.settings
-    # An explicit unit is one of heights too, which a LAS file may give in another.
+    # A given unit would apply to heights too, which a LAS file may have in another unit.
     unit = settings.unit if source.files else source.unit
     crop = settings.crop
     plan = (*crop[:2], *crop[3:5]) if crop and is_url(str(source.path)) else None

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Rows and columns of the corners of the two triangles of a square of nodes, seen from above
-#: counter-clockwise.
+#: Rows and columns of the corners of the two triangles in a square of nodes, counter-clockwise as
+#: seen from above.
 _HALVES = (((0, 0), (0, 1), (1, 1)), ((0, 0), (1, 1), (1, 0)))
 
 _FACE = np.dtype([("count", "u1"), ("nodes", "<i4", 3), ("pile", "<u2")])
@@ -29,10 +29,10 @@ _FACE = np.dtype([("count", "u1"), ("nodes", "<i4", 3), ("pile", "<u2")])
 def save_mesh(report: Report, path: str | os.PathLike[str]) -> None:
     """Write a closed mesh of each pile as PLY, in the scan's own frame and unit.
 
-    Each face has the number of its pile. The top lies on the surface in the middle of each cell,
-    on the base one cell outside the pile; so the mesh holds the cells' heights above the base
-    times their area. Where nothing was seen it is drawn through from what lies around, and so its
-    volume may differ there from the report's.
+    Each face has the number of its pile. The top is the surface at the middle of each cell, and
+    meets the base one cell outside the pile, so that the mesh holds the cells' heights above the
+    base times their area. Unseen cells are interpolated for drawing, so that the volume there may
+    differ from the report's.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def mesh(report: Report) -> tuple[NDArray[np.float64], NDArray[np.void]]:
         count += len(places)
     at = np.concatenate(nodes)
     x0, y0 = level.height_map.origin_m
-    # Row and column of the padded map, whose first cell lies one before the map's.
+    # Row and column in the padded map, whose first cell is one before the map's.
     at[:, :2] = (at[:, :2] - 0.5) * level.height_map.cell_m + (x0, y0)
     return level.frame.to_scan(at), np.concatenate(faces)
 
@@ -84,7 +84,7 @@ def _closed(
     around = np.zeros_like(inside)
     for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
         around[row + down, column + right] = True
-    # Nodes below are numbered first; at the rim the ones above are the same.
+    # Nodes of the base are numbered first; at the rim, those of the top are the same.
     below = np.cumsum(around).reshape(around.shape) - 1
     above = np.where(inside, around.sum() + np.cumsum(inside).reshape(inside.shape) - 1, below)
     places = [
@@ -100,13 +100,13 @@ def _closed(
 
 
 def _squares(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which squares of four nodes have a corner in the pile, by their lower left one."""
+    """Return the squares of four nodes with a corner in the pile, by their lower left node."""
     rows = inside[:-1] | inside[1:]
     return np.asarray(rows[:, :-1] | rows[:, 1:])
 
 
 def _without_flat(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the faces without those that lie on each other, above and below, at the rim."""
+    """Return the faces without those where top and base coincide at the rim."""
     keys = np.sort(faces, axis=1)
     _, first, counts = np.unique(keys, axis=0, return_index=True, return_counts=True)
     return np.asarray(faces[np.sort(first[counts == 1])])

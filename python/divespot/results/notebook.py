@@ -1,4 +1,4 @@
-"""A report in a notebook: the picture, where matplotlib is there, and a table."""
+"""A report in a notebook: a table, and the picture if matplotlib is installed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def html(report: Report) -> str:
-    """Return the report as a piece of HTML."""
+    """Return the report as an HTML fragment."""
     shown = Shown.of(report)
     rows = [_row(title(pile), pile, shown) for pile in report.piles]
     if len(rows) > 1:
@@ -48,7 +48,7 @@ def _mass(item: Pile | Total) -> str:
 
 
 def _picture(report: Report) -> str:
-    """Return the picture; nothing where it cannot be drawn."""
+    """Return the picture; an empty text if it cannot be drawn."""
     try:
         drawn = figure(report)
     except DivespotError:

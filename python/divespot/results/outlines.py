@@ -1,4 +1,4 @@
-"""The piles' outlines as GeoJSON, with what was measured of each."""
+"""The piles' outlines as GeoJSON, with their measured values."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from divespot.intake import Source
     from divespot.report import Pile
 
-#: What of a pile is no attribute of its outline.
+#: Fields of a pile that are not attributes of its outline.
 _ELSEWHERE = ("id", "outline_m", "centroid_m", "budget", "volume_by_base_m3", "reason")
 
 
 def save_outlines(report: Report, path: str | os.PathLike[str]) -> None:
     """Write the piles' outlines as GeoJSON, in the scan's own frame and unit.
 
-    Each has the pile's figures as attributes. The scan's system is named where it has an EPSG code,
-    as GeoJSON did before RFC 7946 and as GIS read it. Later scans may be measured inside the
-    outlines: ``outline=path``.
+    Each outline has the pile's values as attributes. If the scan's system has an EPSG code, it is
+    stated as in GeoJSON before RFC 7946, which GIS programs read. Later scans may be measured
+    inside the outlines: ``outline=path``.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def of_lines(
 
 
 def attributes(pile: Pile) -> dict[str, Any]:
-    """Return the figures of a pile that its outline has as attributes."""
+    """Return the values of a pile that its outline has as attributes."""
     return {"pile": pile.id, **{k: v for k, v in vars(pile).items() if k not in _ELSEWHERE}}
 
 

@@ -1,4 +1,4 @@
-"""A report from its JSON."""
+"""Reading a report from its JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from divespot.settings import Settings
 
 Kind = TypeVar("Kind", bound=Report)
 
-#: What of a report is null where it is absent; other nulls stand for what is not a number.
+#: Fields of a report that may be null; other nulls stand for NaN.
 _MAY_BE_ABSENT = {
     *(
         "path",
@@ -31,12 +31,12 @@ _MAY_BE_ABSENT = {
 
 
 def parsed(text: str | bytes, kind: type[Kind]) -> Kind:
-    """Return a report, of this class, without its levelled scene.
+    """Return a report of the given class, without its levelled scene.
 
     Raises
     ------
     DivespotError
-        It is no JSON, or no report of this schema.
+        The text is not JSON, or not a report of this schema.
 
     """
     try:

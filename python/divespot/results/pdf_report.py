@@ -1,4 +1,4 @@
-"""A report as a PDF, set by Typst."""
+"""A report as a PDF, typeset by Typst."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 
     from divespot.report import Report
 
-#: By its end a later run knows its own files; see `divespot.output.PAGE`. Readers pass over it.
+#: A later run recognizes its own files by this ending, which PDF readers ignore; see
+#: `divespot.output.PAGE`.
 MARK = b"\n% written by divespot\n"
 
-#: Columns of texts in tables; all others are of numbers.
+#: Table columns that hold text; all others hold numbers.
 _WORDS = ("pile", "object", "name", "reason", "remarks", "place", "change_total", "state")
 
 
@@ -56,7 +57,7 @@ def needed() -> tuple[Any, Any]:
 
 
 def typeset(template: str, told: Mapping[str, Any], drawings: Mapping[str, str]) -> bytes:
-    """Return what a template makes of texts and drawings."""
+    """Return the PDF that a template makes of texts and drawings."""
     typst, matplotlib = needed()
     with TemporaryDirectory(prefix="divespot-") as folder:
         place = Path(folder)
@@ -66,7 +67,7 @@ def typeset(template: str, told: Mapping[str, Any], drawings: Mapping[str, str])
         for name, drawing in drawings.items():
             (place / name).write_text(drawing, encoding="utf-8")
         (place / "report.json").write_text(json.dumps(told), encoding="utf-8")
-        # The drawings' letters come with matplotlib; no machine need have fonts.
+        # The fonts come with matplotlib, so that the system needs none.
         fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
         pdf: bytes = typst.compile(place / template, root=place, font_paths=[fonts])
     return pdf + MARK
@@ -74,7 +75,7 @@ def typeset(template: str, told: Mapping[str, Any], drawings: Mapping[str, str])
 
 @dataclass(frozen=True)
 class Drawings:
-    """Drawings by the names of their files, and what the template is told of them."""
+    """Drawings by file name, and the data that the template needs about them."""
 
     files: dict[str, str]
     told: dict[str, Any]
@@ -84,7 +85,7 @@ _NOTHING_DRAWN: dict[str, Any] = {"plan": False, "budget": False, "sections": []
 
 
 def _draw(report: Report, doc: Document) -> Drawings:
-    """Return the drawings of a report's heights."""
+    """Draw a report's heights."""
     words = doc.texts
     drawings = {"plan.svg": plan_svg(report)}
     if report.piles:
@@ -99,7 +100,7 @@ def _draw(report: Report, doc: Document) -> Drawings:
 
 
 def _told(doc: Document) -> dict[str, Any]:
-    """Return what the template sets."""
+    """Return the data for the template."""
     plain = ("title", "facts", "trust", "change", "warnings", "settings")
     return {
         **{name: getattr(doc, name) for name in (*plain, "more_sections")},
@@ -113,7 +114,7 @@ def _told(doc: Document) -> dict[str, Any]:
 def common(
     words: Mapping[str, Any], provenance: Iterable[tuple[str, str]], kind: str
 ) -> dict[str, Any]:
-    """Return what every template sets."""
+    """Return the data for all templates."""
     return {
         "kind": kind,
         "texts": words,
@@ -123,12 +124,12 @@ def common(
 
 
 def _breakable(text: str) -> str:
-    """Return a text whose long words may end a line anywhere."""
+    """Return a text whose long words may be broken anywhere."""
     return re.sub(r"(\S{12})(?=\S)", "\\1\u200b", text)
 
 
 def cells(table: Table, words: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a table as the templates take it."""
+    """Return a table in the form that the templates need."""
     left = {words[name] for name in _WORDS}
     return {
         "header": table.header,

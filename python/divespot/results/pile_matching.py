@@ -1,4 +1,4 @@
-"""Which pile of one survey is which of another: those that lie on each other."""
+"""Matching the piles of two surveys by overlap."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from divespot.level import Level
     from divespot.report import Pile
 
-#: Piles that share less than this part of the smaller one's area are neighbours.
+#: Piles that overlap by less than this share of the smaller one's area are neighbours.
 SHARED = 0.2
 
 
@@ -40,7 +40,7 @@ def both_labels(
 
 
 def slopes_between(level: Level) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the slopes of what lies midway between a scan and its base."""
+    """Return the slopes of the mean surface of a scan and its base."""
     grid = level.height_map
     return slopes_of(grid.heights_m, level.base_m, grid.cell_m)
 
@@ -48,10 +48,10 @@ def slopes_between(level: Level) -> tuple[NDArray[np.float64], NDArray[np.float6
 def matched(
     before: NDArray[np.int64], after: NDArray[np.int64], counts: tuple[int, int]
 ) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-    """Return groups of piles that lie on each other: numbers before, and numbers after.
+    """Return groups of overlapping piles: numbers before, and numbers after.
 
-    A pile that was parted, or piles that grew together, are one group; the largest of the later
-    survey come first, then those that are gone.
+    A pile that was split, or piles that grew together, are one group; groups are in the order of
+    the later survey's piles, followed by piles that are gone.
     """
     shared = np.zeros((counts[0] + 1, counts[1] + 1), dtype=np.int64)
     np.add.at(shared, (before.ravel(), after.ravel()), 1)
@@ -72,7 +72,7 @@ def matched(
 
 
 def _group(joined: NDArray[np.bool_], number: int) -> tuple[set[int], set[int]]:
-    """Return all that hangs together with a pile of the later survey."""
+    """Return all piles connected by overlap with a pile of the later survey."""
     ours, theirs, waiting = {number}, set[int](), [number]
     while waiting:
         for one in np.flatnonzero(joined[:, waiting.pop()]).tolist():

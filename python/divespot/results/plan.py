@@ -1,4 +1,4 @@
-"""The plan of a scan: heights, outlines, and the volume of each pile on it."""
+"""The plan of a scan: heights, outlines, and each pile's volume."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ if TYPE_CHECKING:
 INK, PILE, OTHER = "#22303c", "#00667a", "#6c7a89"
 HATCH, PAPER = "#b7c0c7", "#fefefe"
 
-#: Vertical exaggeration of the shading alone, and where its light comes from.
+#: Vertical exaggeration for the shading only, and the direction of its light.
 _LIGHT_DEG, _LIGHT_ALTITUDE_DEG, _EXAGGERATION = 315.0, 50.0, 1.5
 
-#: What the colour bar and the y axis, the title and the x axis take.
+#: Inches taken by the colour bar and the y axis, and by the title and the x axis.
 _BESIDE_IN, _BELOW_IN, _TALLEST = 1.7, 0.9, 0.9
 
-#: Of more piles than so many, labels are short.
+#: If there are more piles, labels are short.
 _MOST_IN_FULL = 8
 
-#: More other objects than so many are not named on the plan.
+#: If there are more other objects, they are not labelled.
 _MOST_REASONS = 5
 
 
 def draw_plan(report: Report, title: str = "", width_in: float = 8.0) -> Figure:
-    """Draw the plan, in the scan's own coordinates where they are a plan of its ground.
+    """Draw the plan, in the scan's own coordinates if they are plan coordinates of its ground.
 
-    Heights are above the ground, hatched where nothing was seen. Not known to pyplot.
+    Heights are above the ground, hatched where not seen. The figure is not known to pyplot.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def draw_plan(report: Report, title: str = "", width_in: float = 8.0) -> Figure:
 
 
 def blank_plan(frame: PlanFrame, title: str, width_in: float) -> tuple[Figure, Axes]:
-    """Return a figure with axes that hold the whole map."""
+    """Return a figure with axes that contain the whole map."""
     need = "a picture needs matplotlib"
     low, high = frame.corners().min(axis=0), frame.corners().max(axis=0)
     figure: Figure = extra("matplotlib.figure", "plot", need).Figure(
@@ -79,7 +79,7 @@ def finish_plan(axes: Axes, labels: list[Label]) -> None:
         box = axes.legend(loc="lower right", fontsize=8, labelcolor=INK, framealpha=0.8)
         box.get_frame().set(facecolor=PAPER, linewidth=0)
     figure: Any = axes.figure
-    figure.draw_without_rendering()  # places what the labels must fit between
+    figure.draw_without_rendering()  # computes the positions of what labels must not cover
     figure.set_layout_engine("none")
     place_labels(axes, labels)
 
@@ -92,12 +92,12 @@ def _size_in(ratio: float, width_in: float) -> tuple[float, float]:
 
 
 def above_ground_m(report: Report) -> NDArray[np.float64]:
-    """Return the heights of the cells above the ground, NaN where nothing was seen."""
+    """Return the heights of the cells above the ground, NaN for unseen cells."""
     return np.asarray(report.level.height_map.heights_m - report.level.ground_m)
 
 
 def top_m(report: Report) -> float:
-    """Return the height up to which colours differ: that of the highest pile."""
+    """Return the height at which the colour scale ends: that of the highest pile."""
     if report.piles:
         return max(pile.max_height_m for pile in report.piles)
     heights = above_ground_m(report)
@@ -119,7 +119,7 @@ def _draw_heights(axes: Axes, report: Report, frame: PlanFrame) -> None:
 def draw_cells(
     axes: Axes, image: NDArray[np.uint8], unseen: NDArray[np.bool_], frame: PlanFrame
 ) -> None:
-    """Draw an image of the cells where they lie, hatching behind those that were not seen."""
+    """Draw an image of the cells, with hatching for those that were not seen."""
     from matplotlib.patches import Polygon  # noqa: PLC0415 - an extra
     from matplotlib.transforms import Affine2D  # noqa: PLC0415 - as above
 
@@ -143,7 +143,7 @@ def draw_cells(
 
 
 def draw_bar(axes: Axes, scale: Any, label: str) -> None:  # noqa: ANN401 - matplotlib's
-    """Draw the bar that says what the colours mean."""
+    """Draw the colour bar."""
     bar = axes.figure.colorbar(scale, ax=axes, location="right", shrink=0.7, aspect=30, pad=0.02)
     bar.ax.tick_params(colors=INK, labelsize=8)
     bar.set_label(label, color=INK)
@@ -151,7 +151,7 @@ def draw_bar(axes: Axes, scale: Any, label: str) -> None:  # noqa: ANN401 - matp
 
 
 def _shaded(heights_m: NDArray[np.float64], cell_m: float, norm: Any) -> NDArray[np.uint8]:  # noqa: ANN401
-    """Return colours by height, lit from the upper left; transparent where nothing was seen."""
+    """Return colours by height, lit from the upper left; transparent for unseen cells."""
     from matplotlib import colormaps  # noqa: PLC0415 - an extra
     from matplotlib.colors import LightSource  # noqa: PLC0415 - as above
 
@@ -159,7 +159,7 @@ def _shaded(heights_m: NDArray[np.float64], cell_m: float, norm: Any) -> NDArray
     light = LightSource(_LIGHT_DEG, _LIGHT_ALTITUDE_DEG)
     colors = colormaps["YlOrBr"](norm(np.nan_to_num(whole)))
     spread = {"dx": cell_m, "dy": cell_m, "vert_exag": _EXAGGERATION}
-    # Row 0 is the southernmost: the light is mirrored with it.
+    # Row 0 is the southernmost, so the light is mirrored too.
     shaded = light.shade_rgb(
         colors[::-1, :, :3], np.nan_to_num(whole)[::-1], blend_mode="soft", **spread
     )
@@ -168,7 +168,7 @@ def _shaded(heights_m: NDArray[np.float64], cell_m: float, norm: Any) -> NDArray
 
 
 def draw_frame(axes: Axes, frame: PlanFrame) -> None:
-    """Draw coordinates, scale bar and arrow to the north."""
+    """Draw coordinates, scale bar and north arrow."""
     from matplotlib.ticker import MaxNLocator  # noqa: PLC0415 - an extra
 
     for axis in (axes.xaxis, axes.yaxis):
@@ -223,14 +223,14 @@ def _round_length(length_m: float) -> float:
 def _draw_outlines(axes: Axes, report: Report, frame: PlanFrame) -> list[Label]:
     """Draw the outlines of piles and other objects; return their labels, piles first."""
     shown = Shown.of(report)
-    # Of many piles the table tells the uncertainty.
+    # With many piles, only the table gives the uncertainty.
     told = shown.measured if len(report.piles) <= _MOST_IN_FULL else shown.rounded
     piles = iter(report.piles)
     labels: list[Label] = []
     others: list[Label] = []
     for outline in report.level.outlines:
         pile = next(piles, None) if outline.reason is None else None
-        if not outline.corners_m:  # too small to have one
+        if not outline.corners_m:  # too small for an outline
             continue
         line = frame.places(np.array([*outline.corners_m, outline.corners_m[0]]))
         x, y = (line.min(axis=0) + line.max(axis=0)) / 2.0

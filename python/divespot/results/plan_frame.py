@@ -1,4 +1,4 @@
-"""The coordinates in which a plan is drawn."""
+"""The coordinates of a plan."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from divespot.intake import Source
     from divespot.level import Level
 
-#: With up farther than this from the scan's z axis, its x and y are no plan.
+#: If up is farther than this from the scan's z axis, its x and y are not plan coordinates.
 PLAN_DEG = 30.0
 
 
 class Placed(Protocol):
-    """What has heights in a level frame, and a scan they are of: a report, or a comparison."""
+    """A report or a comparison: heights in a level frame, and the scan they belong to."""
 
     @property
     def level(self) -> Level:
@@ -34,17 +34,17 @@ class Placed(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class PlanFrame:
-    """The way from cells and places of the level frame to the plan.
+    """Conversion from cells and positions of the level frame to the plan.
 
     Attributes
     ----------
     matrix
         Shape ``(2, 3)``: x and y of the plan are ``matrix @ (column, row, 1)``, counted in cells
-        from the corner of the first one.
+        from the corner of the first cell.
     is_scan
-        Whether x and y are the scan's own, else those of the level frame from its map's corner.
+        Whether x and y are the scan's own; otherwise they are those of the level frame.
     unit, metres
-        The plan's unit, and how many metres it is.
+        The plan's unit, and its length in metres.
 
     """
 
@@ -56,7 +56,7 @@ class PlanFrame:
 
     @classmethod
     def of(cls, report: Placed) -> PlanFrame:
-        """Return the scan's own x and y where they are a plan of its ground."""
+        """Return the scan's own x and y if they are plan coordinates of its ground."""
         level = report.level
         is_scan = bool(level.frame.pose.rotation[2, 2] > math.cos(math.radians(PLAN_DEG)))
         unit = report.source.unit if is_scan else "m"
@@ -68,7 +68,7 @@ class PlanFrame:
         return cls(report, matrix, is_scan, unit, bare.metres)
 
     def places(self, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return x and y of places of the level frame, shape ``(n, 3)``."""
+        """Return x and y of positions in the level frame, shape ``(n, 3)``."""
         level = self.report.level
         if self.is_scan:
             return np.asarray(level.frame.to_scan(positions_m)[:, :2])
@@ -82,5 +82,5 @@ class PlanFrame:
 
     @property
     def up_arrow(self) -> str:
-        """What the plan's y axis points to: north in a reference system."""
+        """Label of the direction of the plan's y axis: north in a reference system."""
         return "N" if self.is_scan and self.report.source.crs else "y"

@@ -1,4 +1,4 @@
-"""Labels that do not lie on top of each other."""
+"""Placing labels without overlap."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.transforms import Bbox
 
-#: Directions and distances, in heights of a label, that are tried in this order.
+#: Directions and distances, in label heights, tried in this order.
 _DIRECTIONS = 12
 _DISTANCES = (1.3, 2.2, 3.2, 4.5, 6.0)
 
 #: Size of the letters, in points.
 _SIZE = 8.5
 
-#: Room around a text, in sizes of its letters.
+#: Padding around a text, in font sizes.
 _PAD = 0.5
 
 
 @dataclass(frozen=True)
 class Label:
-    """A text at a place of the axes."""
+    """A text at a position of the axes."""
 
     text: str
     x: float
@@ -34,9 +34,9 @@ class Label:
 
 
 def place_labels(axes: Axes, labels: list[Label], *, most: int = 60) -> None:
-    """Write labels, each where it hides none before it, with a line to its place.
+    """Write labels, each where it covers no earlier one, with a line to its position.
 
-    The first ones are placed first. Beyond `most` none is written, nor one that finds no room.
+    At most `most` labels are written, in order; those that find no room are left out.
     """
     from matplotlib.text import Text  # noqa: PLC0415 - an extra
     from matplotlib.transforms import Bbox  # noqa: PLC0415 - as above

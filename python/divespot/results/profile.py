@@ -1,4 +1,4 @@
-"""Cross-sections through a pile: its surface, the base below it, and what was not seen."""
+"""Cross-sections through a pile: its surface, its base, and unseen parts."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
     from divespot.level import Level, Outline
 
-#: A section reaches so far beyond the outline, as a share of its length.
+#: A section extends beyond the outline by this share of its length.
 BEYOND = 0.15
 
-#: Places along a section.
+#: Number of positions along a section.
 PLACES = 240
 
 
@@ -24,7 +24,7 @@ PLACES = 240
 class Profile:
     """Heights along a line across a pile, in metres above the ground.
 
-    `surface_m` is drawn through gaps, where `is_seen` is False; both are NaN outside the map.
+    `surface_m` is interpolated in gaps, where `is_seen` is False; both are NaN outside the map.
     """
 
     along_m: NDArray[np.float64]
@@ -38,7 +38,7 @@ def profiles(
 ) -> tuple[Profile, Profile]:
     """Return the section along a pile and the one across it, through the middle of its outline.
 
-    `whole_m` are the heights without gaps, `base_m` the base without gaps.
+    `whole_m` are the heights with gaps filled, `base_m` the base without gaps.
     """
     corners = np.array(outline.corners_m)[:, :2]
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
@@ -50,7 +50,7 @@ def profiles(
 def _axes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the directions in which an outline is longest and narrowest."""
     closed = np.vstack([corners, corners[:1]])
-    # Places at even distances: corners lie closer where a line bends.
+    # At even distances along the outline, since corners are denser where it bends.
     steps = np.hypot(*np.diff(closed, axis=0).T)
     at = np.linspace(0.0, steps.sum(), 256)
     ends = np.concatenate([[0.0], np.cumsum(steps)])
@@ -80,7 +80,7 @@ def _profile(  # noqa: PLR0913, PLR0917 - all that a section is made of
 
 
 def _between(values: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return values between the middles of cells (bilinear), NaN beyond them.
+    """Return values interpolated between the middles of cells (bilinear), NaN outside.
 
     `at` are columns and rows from the corner of the first cell, shape ``(n, 2)``.
     """

@@ -1,4 +1,4 @@
-"""A report page in a file: HTML or PDF, as its name ends."""
+"""A report page in a file, as HTML or PDF by the name's ending."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ ENDINGS = (".html", ".pdf")
 
 
 def save_report(report: Report, path: str | os.PathLike[str], survey: Survey | None = None) -> None:
-    """Write a page to be read and signed.
+    """Write a page to read and sign.
 
     Raises
     ------
     DivespotError
-        Another ending, the extra ``report`` is not installed, or the file cannot be written.
+        The ending is unknown, the extra ``report`` is missing, or the file cannot be written.
 
     """
     require_kind("report", report, Report)

@@ -1,4 +1,4 @@
-"""A report into a file, as the ending of its name says."""
+"""Saving a report in the format of the name's ending."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 def save(report: Report, path: Path, *, force: bool = False) -> None:
-    """Write a report, never over what was read, nor unless forced over what is not our own."""
+    """Write a report, never over an input, and over other programs' files only with `force`."""
     ending = PurePath(path).suffix.lower()
     if ending not in WRITERS:
         raise DivespotError(f"{path}: a report is saved as one of {', '.join(WRITERS)}")
@@ -53,7 +53,7 @@ def _json(report: Report, path: Path) -> None:
     write_text(path, report.to_json() + "\n")
 
 
-#: By ending: how files begin that divespot wrote, and what writes them.
+#: For each ending, a pattern of the files that divespot writes, and the function that writes them.
 WRITERS: dict[str, tuple[re.Pattern[bytes], Callable[[Report, Path], None]]] = {
     ".json": (REPORT, _json),
     ".csv": (TABLE, save_csv),

@@ -1,4 +1,4 @@
-"""What the 3D view of a report draws, for Plotly."""
+"""Data for the 3D view of a report, drawn by Plotly."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
     from divespot.report import Report
 
-#: Cells along the longer side of the view: its data stays below a megabyte.
+#: Cells along the longer side of the view, which keeps its data below a megabyte.
 MOST_CELLS = 180
 
 
 def scene(report: Report) -> dict[str, Any]:
-    """Return heights, base, and which pile each cell is of and whether it was seen.
+    """Return heights, base, and for each cell its pile and whether it was seen.
 
-    Places are metres in the level frame from the corner of its map, heights above the ground.
-    Cells that were not seen have a height within piles alone.
+    Positions are in metres in the level frame from the corner of its map; heights are above the
+    ground. Unseen cells have a height only within piles.
     """
     level = report.level
     grid = level.height_map
@@ -64,7 +64,7 @@ def _piles(report: Report, x_m: NDArray[np.float64], y_m: NDArray[np.float64]) -
 
 
 def _packed(values: NDArray[Any], kind: type[np.generic]) -> dict[str, str]:
-    """Return an array as Plotly takes it."""
+    """Return an array in Plotly's format."""
     plain = np.ascontiguousarray(values, dtype=kind)
     code = {np.float32: "f4", np.uint8: "u1"}[kind]  # type: ignore[index]
     shape = ", ".join(map(str, plain.shape))
@@ -77,7 +77,7 @@ def _labels(
     heights_m: NDArray[np.float64],
     centers: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> list[dict[str, Any]]:
-    """Return a text at the top of each pile."""
+    """Return a label at the top of each pile."""
     shown = Shown.of(report)
     labels = []
     for item in report.piles[:254]:

@@ -1,4 +1,4 @@
-"""The units in which people are told volumes."""
+"""Units in which volumes are shown."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from divespot.settings import Settings
 
 #: For each unit its sign and how many make a cubic metre: NIST SP 811, B.8; the bushel is the US
-#: (Winchester) one of 2150.42 cubic inches.
+#: (Winchester) bushel of 2150.42 cubic inches.
 VOLUMES = {
     "m3": ("m³", 1.0),
     "yd3": ("yd³", 1.0 / 0.9144**3),
@@ -24,7 +24,7 @@ VOLUMES = {
     "bu": ("bu", 1.0 / (2150.42 * 0.0254**3)),
 }
 
-#: What can be asked for; t is the mass in tonnes.
+#: Units that can be asked for; t is the mass in tonnes.
 NAMES = (*VOLUMES, "t")
 
 KG_PER_T = 1000.0
@@ -32,10 +32,10 @@ KG_PER_T = 1000.0
 
 @dataclass(frozen=True)
 class Shown:
-    """How volumes are told: as ``what`` in a unit, of which `per_m3` make a cubic metre.
+    """How volumes are shown: as ``what`` in a unit, of which `per_m3` make a cubic metre.
 
-    Where masses are told instead, `per_m3` is 0, and that of a pile follows from its material and
-    the settings, which are None otherwise.
+    If masses are shown instead, `per_m3` is 0, and each pile's factor is derived from its material
+    and the settings, which are None otherwise.
     """
 
     what: str
@@ -65,7 +65,7 @@ class Shown:
 
     @property
     def as_mass(self) -> bool:
-        """Whether masses are told, not volumes."""
+        """Whether masses are shown instead of volumes."""
         return self.settings is not None
 
     @property
@@ -82,15 +82,15 @@ class Shown:
 
     @staticmethod
     def number(value: float, u95: float) -> str:
-        """Return a number with the digits that so large an uncertainty leaves, and without it."""
+        """Return a number rounded to the digits that its uncertainty justifies."""
         return with_uncertainty(value, u95).partition(" ")[0]
 
     def rounded(self, item: Pile | Total) -> str:
-        """Return a volume, or its mass, with the digits that its uncertainty leaves."""
+        """Return a volume or mass, rounded to the digits that its uncertainty justifies."""
         return self.measured(item).partition(" ")[0]
 
     def measured(self, item: Pile | Total) -> str:
-        """Return a volume, or its mass, with the uncertainty."""
+        """Return a volume or mass, with its uncertainty."""
         if not self.as_mass:
             return with_uncertainty(self.per_m3 * item.volume_m3, self.per_m3 * item.u95_m3)
         mass, u95 = item.mass_kg or 0.0, item.u95_mass_kg or 0.0

@@ -1,4 +1,4 @@
-"""How two scans of a place lie to each other in x and y, from piles that did not change."""
+"""Horizontal offset between two scans of a site, from piles that did not change."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ if TYPE_CHECKING:
 
     from divespot.report import Report
 
-#: Errors go together over so many cells a side: as many fewer tell of the shift.
+#: Errors are correlated over this many cells per side, which leaves fewer independent ones.
 TOGETHER = 8
 
-#: With fewer cells nothing is said, nor where the slopes do not look to all sides: of the mean
-#: square of the slope in the direction that it looks to most, so much is needed across.
+#: Fewest cells for an offset, and the least mean square slope in the direction with the smallest,
+#: as a share of that in the direction with the largest: slopes must face all directions.
 FEWEST, ACROSS = 10 * TOGETHER**2, 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Sideways:
-    """By how much the earlier scan lies off the later one along x and y of the level frame.
+    """The offset of the earlier scan from the later one along x and y of the level frame.
 
     Attributes
     ----------
     shift_m
-        Of the earlier scan; it was moved back by this where it is clear.
+        Offset of the earlier scan, which is moved back by it if it is significant.
     covariance
-        Shape ``(2, 2)``.
+        Shape ``(2, 2)``: covariance of the offset.
 
     """
 
@@ -42,11 +42,11 @@ class Sideways:
 
     @property
     def u_m(self) -> float:
-        """The standard uncertainty of the shift in the direction in which it is the largest."""
+        """The standard uncertainty of the offset in the direction in which it is largest."""
         return math.sqrt(max(float(np.linalg.eigvalsh(self.covariance)[-1]), 0.0))
 
     def u_m3(self, rise_m2: tuple[float, float]) -> float:
-        """Return the standard uncertainty of a volume over which the slopes add up to this."""
+        """Return the standard uncertainty of a volume with this integral of slopes."""
         rise = np.array(rise_m2)
         return math.sqrt(max(float(rise @ self.covariance @ rise), 0.0))
 
@@ -56,10 +56,10 @@ def sideways(
     slopes: tuple[NDArray[np.float64], NDArray[np.float64]],
     stood: NDArray[np.bool_],
 ) -> Sideways | None:
-    """Fit the shift to how far slopes lie above each other (Nuth & Kääb, Cryosphere 5:271, 2011).
+    """Fit the offset to height differences on slopes (Nuth & Kääb, Cryosphere 5:271, 2011).
 
-    `off_m` is the later height less the earlier one once ground lies on ground, `stood` where
-    piles did not change. None where too little slope is known.
+    `off_m` is the later height less the earlier one after vertical alignment, `stood` the cells of
+    unchanged piles. None if there are too few slopes.
     """
     known = stood & ~np.isnan(off_m)
     terms = np.column_stack([slope[known] for slope in slopes])
@@ -76,7 +76,7 @@ def sideways(
 def unchanged(
     reports: tuple[Report, Report], labels: tuple[NDArray[np.int64], NDArray[np.int64]]
 ) -> NDArray[np.bool_]:
-    """Return the cells of piles that both surveys show, with a volume that may be the same."""
+    """Return the cells of piles in both surveys whose volumes agree within their u95."""
     before, after = (report.piles for report in reports)
     stood = np.zeros(labels[0].shape, dtype=np.bool_)
     for old, new in matched(*labels, (len(before), len(after))):

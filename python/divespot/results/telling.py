@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from divespot.intake import Source
     from divespot.report import Pile, Report
 
-#: More piles than so many are counted, not told.
+#: Most piles that are listed.
 MOST = 10
 
 
 def told(report: Report) -> str:
-    """Return the scan, each pile, their total, and how many other objects and warnings."""
+    """Return the scan, its piles, their total, and the number of other objects and warnings."""
     shown = Shown.of(report)
     piles = [f"  {title(pile)}: {shown.measured(pile)} {shown.unit}" for pile in report.piles]
     rest = [f"  and {len(piles) - MOST} more"] if len(piles) > MOST else []
@@ -26,7 +26,7 @@ def told(report: Report) -> str:
 
 
 def title(pile: Pile) -> str:
-    """Return what a pile is called."""
+    """Return the title of a pile."""
     return f"pile {pile.id}" + (f" ({shortened(printable(pile.name), 40)})" if pile.name else "")
 
 

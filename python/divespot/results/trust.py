@@ -1,4 +1,4 @@
-"""How far to trust a report, in one sentence."""
+"""How reliable a report is, in one sentence."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from divespot.report import Pile, Report
     from divespot.results.show_units import Shown
 
-#: From this share of the piles' area on, what was filled is told.
+#: From this share of the piles' area on, filled cells are mentioned.
 TOLD_SHARE = 0.02
 
 
 def trust_sentence(report: Report, shown: Shown, texts: Mapping[str, Any]) -> str:
-    """Return how sure the total is, what that rests on, and what else to know.
+    """Return how certain the total is, the main source of uncertainty, and reservations.
 
-    Grades are the largest uncertainties that the EU permits for solid fuels, by tier
+    The grades are the largest uncertainties that the EU permits for solid fuels, by tier
     (Regulation (EU) 601/2012, Annex II).
     """
     total = report.total

@@ -1,4 +1,4 @@
-"""The texts of reports: one JSON file a language."""
+"""The texts of reports: one JSON file per language."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Simulated time-of-flight scans of piles whose volume is known exactly.
 
 ``scan("shape-07", seed=3)`` gives points and truth; any `Scene` can be scanned, and varied with
-`dataclasses.replace`. NumPy only; one seed decides every bit.
+`dataclasses.replace`. NumPy only; all random draws are from one seed.
 """
 
 from divespot.simulate.camera import FLYING, GROUND, INVALID, STRAY, THING

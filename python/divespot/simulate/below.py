@@ -1,4 +1,4 @@
-"""Scenes with points below the floor, of which the seed draws everything."""
+"""Randomly drawn scenes with points below the floor."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 def mirror(rng: np.random.Generator) -> Scene:
-    """Let a wet floor mirror the pile and what stands around it."""
+    """Let a wet floor mirror the pile and the objects around it."""
     scene = site(rng, 0.1, 10.0).scene((), rng)
     return replace(scene, ghosts=Ghosts(mirror_share=log_uniform(rng, 0.002, 0.05)))
 
 
 def strays(rng: np.random.Generator) -> Scene:
-    """Return late what went round corners, and put clumps of points far below the floor."""
+    """Add multipath returns behind the surface, and clumps of points far below the floor."""
     at = site(rng, 0.1, 10.0)
     ghosts = Ghosts(
         late_share=log_uniform(rng, 0.0005, 0.01),
@@ -38,4 +38,4 @@ def strays(rng: np.random.Generator) -> Scene:
 
 
 BELOW: Mapping[str, Maker] = MappingProxyType({"below-mirror": mirror, "below-strays": strays})
-"""What makes each scene with points below the floor."""
+"""Functions that make each scene with points below the floor."""

@@ -1,4 +1,4 @@
-"""What the camera makes of a scene, frame by frame."""
+"""The camera's measurements of a scene, frame by frame."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ Array = NDArray[np.float64]
 Labels = NDArray[np.int16]
 
 GROUND, THING, FLYING, STRAY, INVALID = 0, -1, -2, -3, -4
-"""What a point came from; a pile's points bear its number, from 1."""
+"""Source of a point; a pile's points have its number, from 1."""
 EDGE_SHARE = 0.02
-"""Two neighbouring pixels whose distances differ by a larger share lie on a depth edge."""
+"""Two neighbouring pixels whose distances differ by a larger share are on a depth edge."""
 
 
 def lens(camera: Camera, frame: int) -> Array:
-    """(3,) place of the lens in the scene."""
+    """(3,) position of the lens in the scene."""
     if isinstance(camera, Tripod):
         return camera.lens(frame)
     share = frame / (camera.frames - 1) - 0.5 if camera.frames > 1 else 0.0
@@ -40,12 +40,12 @@ def lens(camera: Camera, frame: int) -> Array:
 
 
 def optical_axes(camera: Camera) -> Array:
-    """(3, 3) whose columns are the camera's right, down and forward in the scene."""
+    """(3, 3) matrix whose columns are the camera's right, down and forward in the scene."""
     return rotation(180 + camera.pitch_deg, 0, 0)
 
 
 def rays(camera: Camera) -> Array:
-    """(rows * columns, 3) unit vectors through the middles of the pixels, in the scene."""
+    """(rows * columns, 3) unit vectors through the centres of the pixels, in the scene."""
     if isinstance(camera, Tripod):
         return camera.rays()
     columns, rows = (
@@ -76,18 +76,18 @@ def look(scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
     Raises
     ------
     DivespotError
-        If the lens lies under the surface.
+        If the lens is under the surface.
     """
     return look_from(lens(scene.camera, frame), scene, surface, frame, directions)
 
 
 def look_from(origin: Array, scene: Scene, surface: Surface, frame: int, directions: Array) -> View:
-    """Find what each pixel sees first from a place; things are where they are in a frame.
+    """Find what each pixel sees first from `origin`, with moving objects as in a frame.
 
     Raises
     ------
     DivespotError
-        If the place lies under the surface.
+        If `origin` is under the surface.
     """
     if origin[2] <= surface.z(origin[:1], origin[1:2])[0]:
         raise DivespotError(f"the lens is at {origin}, under the surface: a higher one is needed")
@@ -107,7 +107,7 @@ def look_from(origin: Array, scene: Scene, surface: Surface, frame: int, directi
 
 
 def _facing(solid: Solid, origin: Array, directions: Array) -> NDArray[np.intp]:
-    """Pixels whose ray comes near a solid, so that most need not be tried."""
+    """Pixels whose ray comes near a solid; the others need not be tested."""
     middle, radius_m = solid.ball()
     towards = middle - origin
     away_m = float(np.linalg.norm(towards))
@@ -120,7 +120,7 @@ def _facing(solid: Solid, origin: Array, directions: Array) -> NDArray[np.intp]:
 def measure(
     view: View, camera: Camera, rng: np.random.Generator, directions: Array
 ) -> tuple[Array, Array, Labels]:
-    """Distances, rays and labels of a frame's valid pixels, as the sensor would give them."""
+    """Distances, rays and labels of a frame's valid pixels, with the sensor's noise."""
     distance_m, label = fly(view, camera, rng)
     near_m, far_m = camera.range_m
     valid = (distance_m > near_m) & (distance_m < far_m)
@@ -131,7 +131,7 @@ def measure(
 
 
 def fly(view: View, camera: Camera, rng: np.random.Generator) -> tuple[Array, Labels]:
-    """Mix fore- and background in some of the pixels at depth edges."""
+    """Mix foreground and background in some of the pixels at depth edges."""
     columns, rows = camera.pixels
     distance_m, label = view.distance_m.copy(), view.label.copy()
     numbers = np.arange(distance_m.size).reshape(rows, columns)
@@ -164,7 +164,7 @@ def _with_ghosts(
 def frame_points(
     scene: Scene, surface: Surface, frame: int, directions: Array, seeds: tuple[int, int]
 ) -> tuple[Array, Labels]:
-    """(n, 3) points and labels of one frame, where registration puts them in the scene.
+    """(n, 3) points and labels of one frame, at the positions given by registration.
 
     `seeds` are the scan's seed and its repeat.
     """

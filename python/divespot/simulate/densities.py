@@ -1,4 +1,4 @@
-"""Scenes whose points lie as scanners leave them, of which the seed draws everything."""
+"""Randomly drawn scenes of uneven, repeated or few points."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
     from divespot.simulate.shapes import Maker
 
 FEWEST, MOST = 80, 2000
-"""Points on a pile of which few are left."""
+"""Range of the number of points on a pile in scenes of few points."""
 
 
 def tripod(rng: np.random.Generator) -> Scene:
-    """Scan a heap from two to four set-ups around it: the nearer, the denser."""
+    """Scan a heap from two to four set-ups around it, with density falling with distance."""
     return _set_up(int(rng.integers(2, 5)), rng)
 
 
 def tripod_once(rng: np.random.Generator) -> Scene:
-    """Scan a heap from one set-up, which leaves its far side unseen."""
+    """Scan a heap from one set-up, with its far side unseen."""
     return _set_up(1, rng)
 
 
 def twice(rng: np.random.Generator) -> Scene:
-    """Give points two to four times, all of them or those of one side, where strips overlap."""
+    """Repeat points two to four times, all or those on one side, as where strips overlap."""
     scene = overhead(rng)
     everywhere = rng.random() < 0.5
     beyond_m = -math.inf if everywhere else rng.uniform(-0.3, 0.3) * scene.floor.length_m
@@ -43,7 +43,7 @@ def twice(rng: np.random.Generator) -> Scene:
 
 
 def few(rng: np.random.Generator) -> Scene:
-    """Leave few points, some 80 to 2,000 of them on the pile."""
+    """Keep few points, about 80 to 2,000 of them on the pile."""
     at = site(rng, 0.1, 10.0)
     scene = at.scene((), rng)
     wide, across = (2 * math.tan(math.radians(fov) / 2) for fov in at.camera.fov_deg)
@@ -95,4 +95,4 @@ DENSITIES: Mapping[str, Maker] = MappingProxyType(
         "scan-few": few,
     }
 )
-"""What makes each scene of uneven, repeated or few points."""
+"""Functions that make each scene of uneven, repeated or few points."""

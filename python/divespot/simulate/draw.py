@@ -12,7 +12,7 @@ from divespot.errors import DivespotError
 def stream(seed: int, role: str, *numbers: int) -> np.random.Generator:
     """Return the generator of one role.
 
-    Roles do not share draws, so changing one part of a scene leaves the others as they were.
+    Roles do not share draws, so that changing one part of a scene leaves the others unchanged.
     """
     if seed < 0:
         raise DivespotError(f"seed is {seed}: a whole number of 0 or more is needed")

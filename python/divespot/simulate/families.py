@@ -1,4 +1,4 @@
-"""Scenes of which the seed draws everything, by kind."""
+"""Randomly drawn scenes, by kind."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ OF_KIND: Mapping[str, Mapping[str, Maker]] = MappingProxyType(
         "vessel": VESSELS,
     }
 )
-"""What makes the scenes of each kind, by name."""
+"""Functions that make the scenes of each kind, by name."""
 FAMILIES: Mapping[str, Maker] = MappingProxyType(
     {name: maker for makers in OF_KIND.values() for name, maker in makers.items()}
 )
-"""What makes each of them, by name."""
+"""Functions that make each scene of any kind, by name."""

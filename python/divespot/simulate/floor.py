@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Floor:
-    """What the piles stand on; it reaches beyond the measured strip.
+    """The floor that piles stand on; it extends beyond the measured strip.
 
     Parameters
     ----------
@@ -24,15 +24,15 @@ class Floor:
     slope_deg
         Tilt of the whole floor, rising towards +x.
     wave_m, wave_length_m
-        Largest departure from the plane, and typical length, of a long-wave waver.
+        Amplitude and typical length of long waves.
     fold_deg
         Angle between two planes that meet in the line x = `edge_m`; the far one rises.
     step_m
         Height by which the floor rises in the line x = `edge_m`.
     edge_m
-        Where fold and step lie.
+        Position of fold and step along x.
     levels
-        Parts that lie higher or lower.
+        Parts that are higher or lower.
     """
 
     length_m: float = 3.5

@@ -1,4 +1,4 @@
-"""Returns that come from no surface: before it, behind it, and below the floor."""
+"""Returns from no surface: in front of it, behind it, and below the floor."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LATE = (0.02, 0.3)
-"""Share by which a return that went round a corner comes from farther away."""
+"""Additional distance of a multipath return, as a share of its range."""
 CLUMP_SHARE = 0.05
 """Standard deviation of a clump of low points, as a share of its depth."""
 
 
 @dataclass(frozen=True)
 class Dust:
-    """A cloud in the air: a ball, and how many returns it gives on a metre of a ray."""
+    """A ball of dust in the air, and the number of returns per metre of a ray in it."""
 
     middle_m: XYZ
     radius_m: float
@@ -37,20 +37,20 @@ class Dust:
 
 @dataclass(frozen=True)
 class Ghosts:
-    """Which returns come from no surface.
+    """Returns that come from no surface.
 
     Parameters
     ----------
     rain_share
-        Share of the pixels that a drop answers before the surface does.
+        Share of pixels with a return from a drop in front of the surface.
     dust
-        Clouds that do the same.
+        Clouds with returns in front of the surface.
     late_share
-        Share of the pixels whose return went round a corner: they lie behind the surface.
+        Share of pixels with a multipath return, which lies behind the surface.
     mirror_share
-        Mirror images in the wet floor, as a share of the points that do not lie on it.
+        Mirror images in the wet floor, as a share of the points off the floor.
     low_points, low_clumps, low_m
-        Number of points below the floor, of clumps that they form, and their depth.
+        Number of points below the floor, number of clumps that they form, and their depth.
     """
 
     rain_share: float = 0.0
@@ -70,7 +70,7 @@ class Ghosts:
     def along(
         self, distance_m: Array, origin: Array, rays: Array, rng: np.random.Generator
     ) -> Array:
-        """Distances at which pixels are answered; the surface's own where no ghost does."""
+        """Distances of the pixels' returns; those of the surface unless changed by a ghost."""
         answered_m = np.where(
             rng.random(distance_m.size) < self.rain_share,
             distance_m * rng.random(distance_m.size),
@@ -85,14 +85,14 @@ class Ghosts:
     def below(
         self, raised: Array, floor: Array, surface: Surface, rng: np.random.Generator
     ) -> Array:
-        """(n, 3) points below the floor, of those that rise from it and those that lie on it."""
+        """(n, 3) points below the floor, given the points off the floor and those on it."""
         chosen = raised[rng.random(len(raised)) < self.mirror_share]
         ground_m = np.array([surface.floor_z(x, y) for x, y in chosen[:, :2]])
         mirrored = chosen * [1, 1, -1] + 2 * np.stack([0 * ground_m, 0 * ground_m, ground_m], 1)
         return np.concatenate([mirrored.reshape(-1, 3), self._low(raised, floor, rng)])
 
     def _low(self, raised: Array, floor: Array, rng: np.random.Generator) -> Array:
-        """Clumps below places of the scan, as many below what rises as below the floor."""
+        """Clumps below positions of the scan, equally many below objects and below floor."""
         if not self.low_points:
             return np.empty((0, 3))
         sources = [points for points in (raised, floor) if len(points)]
@@ -105,7 +105,7 @@ class Ghosts:
 
 
 def _in_cloud(cloud: Dust, origin: Array, rays: Array, rng: np.random.Generator) -> Array:
-    """Distances at which grains of dust answer; inf where none does."""
+    """Distances of returns from grains of dust; inf if there is none."""
     ball = Ball(cloud.middle_m, cloud.radius_m)
     enter = ball.meet(origin, rays)
     chord = 2 * ((np.array(cloud.middle_m) - origin) @ rays.T - enter)

@@ -38,7 +38,7 @@ class Shape:
     lobe_phase: Array
 
     def rise(self, x: Array, y: Array) -> Array:
-        """Height over slope: 1 at the highest tip, 0 at the toe, below 0 outside."""
+        """Height divided by slope: 1 at the highest tip, 0 at the toe, below 0 outside."""
         peaks = zip(
             self.height, self.middle, self.along, self.lobe_size, self.lobe_phase, strict=True
         )
@@ -46,7 +46,7 @@ class Shape:
         return np.asarray(np.maximum.reduce(cones), dtype=np.float64)
 
     def _distance(self, dx: Array, dy: Array, along: Array, size: Array, phase: Array) -> Array:
-        """Distance to one ridge; stretched flanks are only ever gentler, never steeper."""
+        """Distance to one ridge; stretched flanks are never steeper."""
         on_ridge = np.clip(dx * along[0] + dy * along[1], -self.ridge, self.ridge)
         dx, dy = dx - on_ridge * along[0], dy - on_ridge * along[1]
         away = np.hypot(dx, dy)
@@ -109,8 +109,8 @@ def roughness(shape_nodes: tuple[int, int], grain_nodes: float, rng: np.random.G
 def heap(where: Plan, pile: Pile, ground_m: Array, rng: np.random.Generator) -> Array:
     """(ny, nx) heights above the floor, at the nodes of `where`, of exactly `volume_m3`.
 
-    The heap is scaled as a whole, which keeps its angles. It is level in itself: on an uneven
-    floor its surface does not follow the floor, its thickness does.
+    The heap is scaled as a whole, which preserves its angles. On an uneven floor its surface does
+    not follow the floor; only its thickness varies.
     """
     form = shape(pile, rng)
     slope = math.tan(math.radians(pile.repose_deg))
@@ -123,7 +123,7 @@ def heap(where: Plan, pile: Pile, ground_m: Array, rng: np.random.Generator) -> 
     def heights(radius_m: float) -> Array:
         poured_m = slope * radius_m * form.rise(dx / radius_m, dy / radius_m)
         smooth_m = _dug(pile, poured_m, dx / radius_m, dy / radius_m, radius_m) - below_m
-        # Grains thin out to nothing where less than five deviations lie on the floor.
+        # Roughness fades to zero where the heap is thinner than five deviations.
         cover = np.clip(smooth_m / max(5 * pile.roughness_m, 1e-12), 0, 1)
         return np.asarray(np.maximum(smooth_m + grain * cover, 0) * where.fade)
 
@@ -131,7 +131,7 @@ def heap(where: Plan, pile: Pile, ground_m: Array, rng: np.random.Generator) -> 
 
 
 def _dug(pile: Pile, poured_m: Array, x: Array, y: Array, radius_m: float) -> Array:
-    """Heights that a loader leaves of those poured, at places in radii."""
+    """Heights that a loader leaves of the poured ones, at positions in cone radii."""
     if pile.cut is None:
         return poured_m
     turn = math.radians(pile.cut.heading_deg)
@@ -141,7 +141,7 @@ def _dug(pile: Pile, poured_m: Array, x: Array, y: Array, radius_m: float) -> Ar
 
 
 def _scale(where: Plan, pile: Pile, heights: Callable[[float], Array]) -> Array:
-    """Find the radius at which the volume is the wanted one; the last 1e-6 goes into the height."""
+    """Find the radius that gives the volume; the last 1e-6 is corrected by scaling the height."""
     radius_m = radius_of_cone(pile.volume_m3, pile.repose_deg)
     for _ in range(40):
         height_m = heights(radius_m)

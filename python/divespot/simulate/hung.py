@@ -1,4 +1,4 @@
-"""What hangs, flies or reaches over a pile."""
+"""Objects that hang, fly or reach over a pile."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BODY_M = 0.32
-"""Height of a grown person's upper body that leans over."""
+"""Height in metres of an adult's upper body when leaning over."""
 
 
 def body(low_m: XYZ, scale: float, frames: tuple[int, ...], rng: np.random.Generator) -> Hanging:
-    """Trunk, head and arms of somebody who leans over; nothing of it is lower than `low_m`."""
+    """Trunk, head and arms of a person leaning over; `low_m` is the lowest point."""
     heading = rng.uniform(0, 2 * math.pi)
 
     def at(ahead: float, aside: float, up: float) -> XYZ:
@@ -36,7 +36,7 @@ def body(low_m: XYZ, scale: float, frames: tuple[int, ...], rng: np.random.Gener
 
 
 def conveyor(end_m: XYZ, size_m: float, rng: np.random.Generator) -> Hanging:
-    """Return a belt and the roller at its lower end, from which it rises away."""
+    """Return a belt and the roller at its lower end, from which it rises."""
     heading, rise = rng.uniform(0, 2 * math.pi), math.radians(rng.uniform(8, 22))
     length_m, width_m = rng.uniform(1.5, 3.0) * size_m, rng.uniform(0.1, 0.35) * size_m
     thick_m = 0.15 * width_m
@@ -49,7 +49,7 @@ def conveyor(end_m: XYZ, size_m: float, rng: np.random.Generator) -> Hanging:
 
 
 def bars(z: float, length_m: float, size_m: float, rng: np.random.Generator) -> Hanging:
-    """Return beams side by side over a whole scene."""
+    """Return parallel beams over a whole scene."""
     heading, width_m = rng.uniform(0, 180), rng.uniform(0.03, 0.1) * size_m
     gap_m = rng.uniform(0.4, 0.9) * size_m
     count = math.ceil(length_m / gap_m)
@@ -63,7 +63,7 @@ def bars(z: float, length_m: float, size_m: float, rng: np.random.Generator) -> 
 
 
 def lamp(low_m: XYZ, size_m: float, ceiling_m: float, rng: np.random.Generator) -> Hanging:
-    """Return a lamp and the cable that it hangs on."""
+    """Return a lamp and the cable it hangs from."""
     radius_m = rng.uniform(0.05, 0.15) * size_m
     x, y, z = low_m
     shade = Ellipsoid((x, y, z + radius_m), (radius_m, radius_m, radius_m))
@@ -72,7 +72,7 @@ def lamp(low_m: XYZ, size_m: float, ceiling_m: float, rng: np.random.Generator) 
 
 
 def bucket(lip: XY, heading: float, size_m: float, rng: np.random.Generator) -> Hanging:
-    """Return a loader's bucket whose lip touches the surface, its back to where it came from."""
+    """Return a loader's bucket whose lip touches the surface, with its back to the loader."""
     length_m, width_m = rng.uniform(0.2, 0.35) * size_m, rng.uniform(0.35, 0.7) * size_m
     high_m, thick_m = 0.6 * length_m, 0.02 * size_m
     tilt = math.radians(rng.uniform(0, 30))
@@ -119,7 +119,7 @@ def crown(low_m: XYZ, size_m: float, rng: np.random.Generator) -> Hanging:
 
 
 def _moved(place: XY, heading: float, ahead_m: float, aside_m: float) -> XY:
-    """Return a place so far ahead of and beside another."""
+    """Return a place at a distance ahead of and beside another."""
     cos, sin = math.cos(heading), math.sin(heading)
     return (
         place[0] + ahead_m * cos - aside_m * sin,

@@ -1,4 +1,4 @@
-"""Parts of the ground that lie higher or lower than the rest."""
+"""Parts of the ground that are higher or lower than the rest."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Level:
     Parameters
     ----------
     center_m, half_m
-        Middle in plan, and half of its length and width; infinite for what never ends.
+        Centre in plan, and half of its length and width; infinite for an endless part.
     rise_m
-        Height of its level part above the ground around it; below 0 for a hole.
+        Height of its level part above the ground around it; negative for a hole.
     face_deg
-        Angle of the faces between them.
+        Angle of the faces between its level part and the ground around it.
     heading_deg
         Direction of its length, from x.
     rounded
@@ -58,7 +58,7 @@ class Level:
         return abs(self.rise_m)
 
     def heights(self, x: Array, y: Array) -> Array:
-        """Heights that it adds to the ground at places in plan."""
+        """Heights that it adds to the ground at positions in plan."""
         turn = math.radians(self.heading_deg)
         dx, dy = x - self.center_m[0], y - self.center_m[1]
         along = dx * math.cos(turn) + dy * math.sin(turn)

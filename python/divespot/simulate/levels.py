@@ -1,7 +1,7 @@
-"""Scenes with ground on several levels, of which the seed draws everything.
+"""Randomly drawn scenes with ground on several levels.
 
-Lengths are drawn in radii of the largest pile, `size_m`. Up is close to z: from a scan turned
-upside down a pit could not be told from a heap.
+Lengths are drawn in radii of the largest pile, `size_m`. Up is close to z, since in a scan turned
+upside down a pit looks like a heap.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from divespot.simulate.things import XY
 
 UPRIGHT_DEG = 83.0
-"""Face of what is built upright: rays take the longer to follow, the steeper the ground is."""
+"""Angle in degrees of faces that are meant to be upright; steeper ones slow down ray tracing."""
 ENDLESS = 1e3
-"""Half the length of a level that has no other end in sight, in radii of a pile."""
+"""Half the length of a level without an end in view, in radii of a pile."""
 
 
 def terrace(rng: np.random.Generator) -> Scene:
@@ -160,7 +160,7 @@ def _wide(size_m: float) -> XY:
 
 
 def _beside(size_m: float, half: float, rng: np.random.Generator) -> XY:
-    """Draw a place for something of a half width that leaves the pile in the middle alone."""
+    """Draw a place for an object of a given half width that keeps clear of the pile."""
     far_m = (REACH + half * rng.uniform(1.0, 1.2)) * size_m
     turn = rng.uniform(0, 2 * math.pi)
     return far_m * math.cos(turn), far_m * math.sin(turn)
@@ -203,4 +203,4 @@ LEVELS: Mapping[str, Maker] = MappingProxyType(
         "levels-rolling": rolling,
     }
 )
-"""What makes each scene with ground on several levels."""
+"""Functions that make each scene with ground on several levels."""

@@ -1,6 +1,6 @@
-"""Scenes with something over or on the piles, of which the seed draws everything.
+"""Randomly drawn scenes with something over or on the piles.
 
-Lengths are drawn in radii of the largest pile, `size_m`; only people have a size of their own.
+Lengths are drawn in radii of the largest pile, `size_m`; only people have their own size.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from divespot.simulate.scene import Pile, Scene
 
 TALLEST_M = 1.9
-"""Height of the tallest who walk over piles."""
+"""Height in metres of the tallest person who walks over piles."""
 HEADROOM_M = 0.6
-"""Least height of the lens above the head of whoever is there."""
+"""Least height in metres of the lens above a person's head."""
 SHAPE_BODY = 0.6
-"""Size of the head and shoulders over one of the paper's shapes, in those of a grown person."""
+"""Size of the head and shoulders over one of the paper's shapes, relative to an adult's."""
 
 
 def person(rng: np.random.Generator) -> Scene:
@@ -49,13 +49,13 @@ def standing(rng: np.random.Generator) -> Scene:
     frames = _some_frames(at.camera.frames, rng)
     place = _spot(at.pile, 0.6, rng)
     turn = rng.uniform(0, 2 * math.pi)
-    # Who stands has a heading, and a stride so short that it is none.
+    # A standing person has a heading, and a stride of almost zero.
     stride = (1e-6 * math.cos(turn), 1e-6 * math.sin(turn))
     return _under_people(at).scene((_man(place, stride, frames, rng),), rng)
 
 
 def walking(rng: np.random.Generator) -> Scene:
-    """Let one or two people walk over the pile, elsewhere in each of several frames."""
+    """Let one or two people walk over the pile, at another place in each of several frames."""
     at = _under_people(site(rng, 0.8, 5.0))
     camera = replace(at.camera, frames=max(6, at.camera.frames))
     people = []
@@ -72,7 +72,7 @@ def walking(rng: np.random.Generator) -> Scene:
 
 
 def conveyor(rng: np.random.Generator) -> Scene:
-    """End a conveyor over the top, no more than a fifth of the pile's radius away from it."""
+    """End a conveyor over the top, within a fifth of the pile's radius of it."""
     at = site(rng, 0.1, 10.0)
     end = (*_spot(at.pile, 0.2, rng), at.top_m + rng.uniform(0.02, 0.2) * at.size_m)
     return at.scene((hung.conveyor(end, at.size_m, rng),), rng)
@@ -130,7 +130,7 @@ def rain(rng: np.random.Generator) -> Scene:
 
 
 def tree(rng: np.random.Generator) -> Scene:
-    """Stand a tree beside the pile, its crown over a part of it."""
+    """Stand a tree beside the pile, with its crown over a part of it."""
     at = site(rng, 0.5, 10.0)
     size_m, side = at.size_m, rng.choice([-1, 1])
     x, y = at.pile.center_m[0], side * (at.strip_m[1] / 2 + 0.1 * size_m)
@@ -141,7 +141,7 @@ def tree(rng: np.random.Generator) -> Scene:
 
 
 def shape_under_body(area_m2: float, volume_m3: float, kind: int) -> Maker:
-    """Bind one of the paper's shapes, somebody's upper body over it."""
+    """Return a maker of one of the paper's shapes with an upper body over it."""
 
     def make(rng: np.random.Generator) -> Scene:
         scene = shape(area_m2, volume_m3, kind, rng)
@@ -151,9 +151,10 @@ def shape_under_body(area_m2: float, volume_m3: float, kind: int) -> Maker:
 
 
 def somebody_over(scene: Scene, within: float, rng: np.random.Generator) -> Hanging:
-    """Lean somebody over the first pile, within a share of its radius, in a few frames.
+    """Lean a person over the first pile, within a share of its radius, in a few frames.
 
-    Only head, shoulders and arms are in sight: the rail of the paper's shapes is at their height.
+    Only head, shoulders and arms are visible, since the rail of the paper's shapes is at their
+    height.
     """
     pile = scene.piles[0]
     frames = _run_of_frames(scene.camera.frames, rng)
@@ -162,7 +163,7 @@ def somebody_over(scene: Scene, within: float, rng: np.random.Generator) -> Hang
 
 
 def _under_people(at: Site) -> Site:
-    """Raise the camera above whoever stands on the top."""
+    """Raise the camera above a person standing on the top."""
     return at.seen_from(at.top_m + TALLEST_M + HEADROOM_M)
 
 
@@ -179,14 +180,14 @@ def _spot(pile: Pile, within: float, rng: np.random.Generator) -> XY:
 
 
 def _some_frames(count: int, rng: np.random.Generator) -> tuple[int, ...]:
-    """Draw frames; one time in four all of them."""
+    """Draw frames; in one of four cases, all of them."""
     if rng.random() < 0.25:
         return tuple(range(count))
     return _run_of_frames(count, rng)
 
 
 def _run_of_frames(count: int, rng: np.random.Generator) -> tuple[int, ...]:
-    """Draw frames in a row, no more than half of them."""
+    """Draw consecutive frames, at most half of them."""
     length = int(rng.integers(1, count // 2 + 1))
     first = int(rng.integers(0, max(1, count - length + 1)))
     return tuple(range(first, min(first + length, count)))
@@ -206,7 +207,7 @@ OVER: Mapping[str, Maker] = MappingProxyType(
         "over-tree": tree,
     }
 )
-"""What makes each scene with something over the pile."""
+"""Functions that make each scene with something over the pile."""
 BODY: Mapping[str, Maker] = MappingProxyType(
     {name.replace("shape", "body"): shape_under_body(*row) for name, row in ROWS.items()}
 )

@@ -1,4 +1,4 @@
-"""Where a pile may lie between walls, and the weights that integrate it there."""
+"""The area between walls in which a pile lies, and the weights to integrate over it."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ Array = NDArray[np.float64]
 Limits = tuple[tuple[float, float], tuple[float, float]]
 
 WITHIN_CELL = 16
-"""Places along each side of a cell that a round face crosses, at which it is integrated."""
+"""Sampling positions along each side of a cell that a round face crosses."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Where a pile may lie on the nodes, and the weights that integrate it there.
+    """The nodes on which a pile may lie, and the weights to integrate over them.
 
     `weight_x` and `weight_y` are the integrals of the nodes' hat functions over the open side of
-    the straight walls leaned on, so the sum of weight times height is the bilinear surface's exact
-    volume. Where a wall is round, `weight` holds a node's integral in both directions. `fade`
-    lowers the pile to nothing inside the walls.
+    the straight walls leaned on, so that the sum of weight times height is the exact volume of the
+    bilinear surface. For a round wall, `weight` holds a node's integral in both directions. `fade`
+    lowers the pile to zero inside the walls.
     """
 
     x: Array
@@ -47,7 +47,7 @@ class Plan:
 
 
 def plan(x: Array, y: Array, pile: Pile, walls: Sequence[Wall | RoundWall]) -> Plan:
-    """Lay out a pile between the walls it may lean on."""
+    """Return the plan of a pile between the walls it may lean on."""
     limits = [[float(x[0]), float(x[-1])], [float(y[0]), float(y[-1])]]
     fades = [np.ones_like(x), np.ones_like(y)]
     for wall in walls:
@@ -81,7 +81,7 @@ def _weights(nodes: Array, low: float, high: float) -> Array:
 
 
 def _clear_of(wall: RoundWall, x: Array, y: Array) -> Array:
-    """Distance of places to a round face, below 0 behind it; beyond its ends there is none."""
+    """Distance of positions from a round face, negative behind it; infinite beyond its ends."""
     dx, dy = x - wall.center_m[0], y - wall.center_m[1]
     turned = (np.degrees(np.arctan2(dy, dx)) - wall.from_deg) % 360 <= wall.turn_deg
     return np.where(turned, wall.radius_m - np.hypot(dx, dy), wall.radius_m)
@@ -90,7 +90,7 @@ def _clear_of(wall: RoundWall, x: Array, y: Array) -> Array:
 def _crossed_weights(
     x: Array, y: Array, limits: list[list[float]], walls: list[RoundWall]
 ) -> Array:
-    """(ny, nx) integrals of the nodes' hat functions over what is open between all walls."""
+    """(ny, nx) integrals of the nodes' hat functions over the area open between all walls."""
 
     def is_open(x: Array, y: Array) -> NDArray[np.bool_]:
         (x0, x1), (y0, y1) = limits

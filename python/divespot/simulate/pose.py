@@ -26,7 +26,7 @@ def rotation(roll_deg: float, pitch_deg: float, yaw_deg: float) -> NDArray[np.fl
 
 @dataclass(frozen=True)
 class Pose:
-    """A turn about the fixed axes x (roll), y (pitch), z (yaw), then a shift."""
+    """A rotation about the fixed axes x (roll), y (pitch), z (yaw), then a shift."""
 
     roll_deg: float = 0.0
     pitch_deg: float = 0.0

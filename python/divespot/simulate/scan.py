@@ -1,4 +1,4 @@
-"""A simulated scan from end to end."""
+"""Simulating a scan."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class SimulatedScan:
-    """A scan and the truth about it.
+    """A scan and its truth.
 
     Attributes
     ----------
     points
         (n, 3) float64, in the scan's frame and unit.
     labels
-        (n,) what each point came from: 0 floor, k pile k, or `THING`, `FLYING`, `STRAY`,
-        `INVALID`, which are below 0. A fused point bears one of its points' labels.
+        (n,) source of each point: 0 floor, k pile k, or `THING`, `FLYING`, `STRAY`, `INVALID`,
+        which are negative. A fused point has the label of one of its points.
     volumes_m3
         Exact volume of each pile above the floor.
     pose
-        (4, 4) rigid motion, in metres, from the scene's frame into the scan's.
+        (4, 4) rigid motion, in metres, from the scene's frame to the scan's.
     scene, seed, repeat
-        What it was made from.
+        What the scan was made from.
     surface
         The exact surface, in the scene's frame.
     """
@@ -63,7 +63,7 @@ class SimulatedScan:
         return np.array(self.pose[:3, 2])
 
     def in_scene(self, positions: Array | None = None) -> Array:
-        """Positions in the scan's frame and unit, its own points unless given, in the scene's.
+        """Positions in the scan's frame and unit, by default its points, in the scene's frame.
 
         Returns
         -------
@@ -86,14 +86,14 @@ def scan(
     seed
         Source of every random draw; the same seed gives the same bits.
     repeat
-        Another number scans the same piles and things again, with fresh noise and registration.
+        Another number scans the same piles and objects again, with new noise and registration.
     density
-        Points wanted, relative to the scene's own; pixels and voxels follow, the piles do not.
+        Number of points relative to the scene's own; changes pixels and voxels, not the piles.
 
     Raises
     ------
     DivespotError
-        If the name is unknown or the scene cannot be.
+        If the name is unknown or the scene is impossible.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def scan(
     labels = np.concatenate([labels for _, labels in frames])
     del frames
     pose = scene.pose.matrix()
-    # Frames are fused in the scan's axes, to which the floor lies askew, but near the origin.
+    # Frames are fused in the scan's axes, to which the floor is oblique, but near the origin.
     points, labels = fuse(points @ pose[:3, :3].T, labels, scene.fuse_voxel_m)
     points, labels = _with_strays(
         points @ pose[:3, :3], labels, scene, stream(seed, f"{scene.name} strays", repeat)
@@ -162,7 +162,7 @@ def fuse(points: Array, labels: Labels, voxel_m: float) -> tuple[Array, Labels]:
 def _with_strays(
     points: Array, labels: Labels, scene: Scene, rng: np.random.Generator
 ) -> tuple[Array, Labels]:
-    """Add points anywhere in the box around the others, widened a little."""
+    """Add points at random in a slightly enlarged box around the others."""
     share = scene.camera.stray_share
     count = round(len(points) * share / (1 - share))
     if not len(points):
@@ -185,7 +185,7 @@ def _with_low(
 def _sampled(
     points: Array, labels: Labels, scene: Scene, rng: np.random.Generator
 ) -> tuple[Array, Labels]:
-    """Repeat points, then leave some of them, in their order."""
+    """Repeat points, then keep some of them, in their order."""
     number = np.arange(len(points))
     again = number[points[:, 0] > scene.copied_beyond_m]
     number = np.concatenate([number, *[again] * (scene.copies - 1)])

@@ -1,6 +1,6 @@
-"""The parts a scene is composed of: frozen records, checked when made.
+"""The parts of a scene: frozen records, checked when created.
 
-Scene frame: metres, x along the camera's rail, y across it, z up, the floor's middle at the origin.
+Scene frame: metres, x along the camera's rail, y across it, z up, origin at the floor's centre.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class Cut:
     Parameters
     ----------
     heading_deg
-        Which way it faces, from x.
+        Direction that it faces, from x.
     toe
-        How far its toe lies from the middle of the pile, in radii of the cone of the same volume.
+        Distance of its toe from the middle of the pile, in radii of the cone of the same volume.
     face_deg
         Angle of the face.
     """
@@ -53,32 +53,32 @@ class Cut:
 class Pile:
     """A heap of bulk material of exactly known volume.
 
-    Poured from one or more points (cones) or along lines (ridges), at the material's angle of
-    repose. Where piles touch, the higher surface counts and each one's truth is its own side of
-    the valley.
+    Poured at one or more points (cones) or along lines (ridges), at the material's angle of
+    repose. Where piles touch, the higher surface counts, and each pile's truth is the volume on its
+    own side of the valley.
 
     Parameters
     ----------
     volume_m3
-        Volume above the floor of the pile standing alone; walls it leans on are not part of it.
+        Volume above the floor of the pile standing alone, without walls it leans on.
     center_m
-        Middle of its footprint on a level floor, walls aside.
+        Centre of its footprint on a level floor without walls.
     repose_deg
-        Angle of repose: no flank is steeper, grain-scale roughness aside.
+        Angle of repose: no flank is steeper, except for grain-scale roughness.
     peaks
         Number of peaks.
     spread
-        How far apart the peaks lie, in radii of the cone of the same volume.
+        Spread of the peaks, in radii of the cone of the same volume.
     ridge
-        Half the length of the line each peak is poured along, in the same radii.
+        Half the length of the line along which each peak is poured, in the same radii.
     heading_deg
         Direction of the ridges and of the longer spread, from x; random if not given.
     roughness_m, grain_m
         Standard deviation and correlation length of the surface's roughness.
     skew_deg
-        Largest angle by which each ridge departs from the heading.
+        Largest angle between a ridge and the heading.
     cut
-        The face that a loader left of it.
+        The face that a loader cut.
     """
 
     volume_m3: float
@@ -118,21 +118,21 @@ class Camera:
     height_m
         Height of the lens above z = 0.
     offset_m
-        Where the rail lies in y.
+        Position of the rail in y.
     pitch_deg
         Tilt of the optical axis from straight down towards +y.
     pixels, fov_deg
         Columns (along x) and rows (across), and the opening angles of both.
     range_m
-        Nearest and farthest distance that is measured.
+        Nearest and farthest range that is measured.
     bias_m, frame_bias_m
-        Depth error common to all frames, and standard deviation of each frame's own.
+        Depth error common to all frames, and standard deviation of each frame's own error.
     shift_m, turn_deg
         Standard deviation, per axis, of each frame's registration error.
     flying_share
-        Share of the depth edges between two pixels at which one mixes fore- and background.
+        Share of the depth edges between two pixels with a flying pixel.
     stray_share, zero_share, nan_share
-        Shares of the final points that lie anywhere, are (0, 0, 0), are NaN.
+        Shares of the final points that are outliers, are (0, 0, 0), are NaN.
     """
 
     frames: int = 5
@@ -183,30 +183,30 @@ class Camera:
 
 @dataclass(frozen=True)
 class Scene:
-    """All that a simulated scan depends on, but for the seed.
+    """All that a simulated scan depends on, except the seed.
 
     Parameters
     ----------
     floor, piles, things, camera
-        What is there and what looks at it.
+        The objects, and the camera.
     pose
-        Rigid motion from the scene's frame into the scan's.
+        Rigid motion from the scene's frame to the scan's.
     unit_m
         Metres in one unit of the scan's coordinates.
     fuse_voxel_m
         Edge of the voxels in which the frames' points are averaged; 0 keeps every point.
     strip_m
-        Length and width of the measured strip, about the origin, that the piles must lie in.
+        Length and width of the measured strip, centred at the origin, which holds all piles.
     ghosts
         Returns that come from no surface.
     copies, copied_beyond_m
-        How often each point is there whose x, in the scene, is beyond a place.
+        Number of copies of each point with an x, in the scene, above a value.
     most_points
-        Points that are left of those, drawn at random; None for all.
+        Number of points that are kept, drawn at random; None for all.
     vessel
-        What is given of the vessel that holds the pile, if any.
+        The vessel that holds the pile, with given floor and outline, if any.
     name
-        Part of what random draws start from, so that two names differ at the same seed.
+        Part of the seed of random draws, so that scenes with different names differ.
     """
 
     floor: Floor = field(default_factory=Floor)

@@ -1,7 +1,7 @@
 """Scenes by name.
 
-A name fixes the kind and volume of the piles and how they are looked at; the seed draws the
-rest. Of the scenes of a family (`families`) it draws it all.
+A name fixes the kind and volume of the piles and the view of them; the rest is drawn at random. For
+the scenes of a family (`families`) everything is drawn.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 def scene_named(name: str, seed: int = 0) -> Scene:
-    """Make the scene of a name.
+    """Return the scene of a name.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def scene_named(name: str, seed: int = 0) -> Scene:
 
 
 def middling(rng: np.random.Generator) -> Scene:
-    """Make the scene that harder ones vary: 0.028 m3 in several peaks on 2.6 m2."""
+    """Make the basic scene that harder ones vary: 0.028 m3 in several peaks on 2.6 m2."""
     return shape(2.6, 0.028, 2, rng)
 
 
@@ -86,7 +86,7 @@ def touching_piles(rng: np.random.Generator) -> Scene:
 
 
 def big_wall(rng: np.random.Generator) -> Scene:
-    """Put a tall wall behind the pile, seen aslant, with more points than the floor."""
+    """Put a tall wall behind the pile, seen obliquely, with more points than the floor."""
     wall = Wall((-2.4, 0.9), (2.4, 0.9), height_m=2.4)
     camera = replace(RAIL_CAMERAS[2.6], offset_m=-1.0, pitch_deg=62.0)
     pile = corn(0.035, 2, rng)
@@ -102,7 +102,7 @@ def big_wall(rng: np.random.Generator) -> Scene:
 
 
 def strays(rng: np.random.Generator) -> Scene:
-    """Add 8 % stray points and 2.5 times the noise."""
+    """Add 8 % outliers and 2.5 times the noise."""
     scene = middling(rng)
     camera = replace(scene.camera, noise_m=2.5 * scene.camera.noise_m, stray_share=0.08)
     return replace(scene, camera=camera)
@@ -125,13 +125,13 @@ def optical_frame(rng: np.random.Generator) -> Scene:
 
 
 def upside_down(rng: np.random.Generator) -> Scene:
-    """Stand the scan on its head: up is close to -z."""
+    """Turn the scan upside down: up is close to -z."""
     pose = Pose(180 + rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(0, 360), (0.3, -0.2, 1.4))
     return replace(middling(rng), pose=pose)
 
 
 def wavering_floor(rng: np.random.Generator) -> Scene:
-    """Let the floor waver: long waves of at most 6 mm up and down."""
+    """Give the floor long waves of at most 6 mm up and down."""
     scene = middling(rng)
     return replace(scene, floor=replace(scene.floor, wave_m=0.006))
 
@@ -167,7 +167,7 @@ def bay(rng: np.random.Generator) -> Scene:
 
 
 def one_side(rng: np.random.Generator) -> Scene:
-    """Look from low down on one side, the far flank hidden."""
+    """Look from a low position on one side, with the far flank hidden."""
     camera = Camera(
         frames=4, rail_m=0.5, height_m=0.75, offset_m=-1.7, pitch_deg=66.0, range_m=(0.2, 5.5)
     )
@@ -182,7 +182,7 @@ def one_side(rng: np.random.Generator) -> Scene:
 
 
 def bare_floor(rng: np.random.Generator) -> Scene:
-    """Leave nothing but the rail's supports: no pile."""
+    """Leave only the rail's supports: no pile."""
     scene = middling(rng)
     rods = tuple(thing for thing in scene.things if isinstance(thing, Rod))
     return replace(scene, piles=(), things=rods)
@@ -216,7 +216,7 @@ def utm_yard(rng: np.random.Generator) -> Scene:
 
 
 def aerial(height_m: float) -> Camera:
-    """Make a flown camera: a few centimetres of noise whatever the height."""
+    """Return a drone camera: a few centimetres of noise at any height."""
     return Camera(
         frames=5,
         rail_m=80.0,
@@ -291,4 +291,4 @@ NAMES: Mapping[str, Maker] = MappingProxyType(
         **FAMILIES,
     }
 )
-"""What makes each named scene from random draws; `scene_named` calls it."""
+"""Functions that make each named scene from random draws; called by `scene_named`."""

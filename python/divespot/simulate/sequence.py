@@ -1,4 +1,4 @@
-"""Depth frames of a scene, with the poses that a camera had: on a rail, in a hand, or fixed."""
+"""Depth frames of a scene, with camera poses: on a rail, hand-held, or fixed."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 Path: TypeAlias = Literal["rail", "hand", "fixed"]
 
 HAND_FRAMES, HAND_HZ = 45, 15.0
-"""A hand moves the camera for three seconds."""
+"""Number of frames of a hand-held camera: three seconds."""
 FIXED_FRAMES = 30
-"""As many frames of a camera that does not move."""
+"""Number of frames of a fixed camera."""
 SHAKE_M, SHAKE_DEG = 0.006, 0.7
-"""Amplitude of each of the hand's tremors, along and about each axis."""
+"""Amplitudes of the hand's tremors, along and about each axis."""
 TREMORS_HZ = (0.7, 1.6, 3.1)
 """Their frequencies."""
 WALK_HZ = 0.3
-"""How often a hand goes to and fro along the rail's way in a second."""
+"""How often per second a hand moves to and fro along the rail's path."""
 WALKING = 1 / 3
 """Share of the frames of a fixed camera in which somebody walks through."""
 STEP_M = 0.001
-"""Metres in a step of the depth images."""
+"""Metres per unit of the depth images."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +50,17 @@ class SimulatedFrames:
     Attributes
     ----------
     depth
-        (n, rows, columns) uint16, steps of a millimetre along the optical axis; 0 where nothing
-        was seen.
+        (n, rows, columns) uint16, in millimetres along the optical axis; 0 for pixels without
+        depth.
     matrix
         (3, 3) the camera's intrinsic matrix.
     poses
-        (n, 4, 4) rigid motion of each frame, from its camera (x right, y down, z ahead) into the
+        (n, 4, 4) rigid motion of each frame, from its camera (x right, y down, z ahead) to the
         scene, in metres.
     volumes_m3
         Exact volume of each pile above the floor.
     scene
-        What was seen.
+        The scene.
     """
 
     depth: NDArray[np.uint16]
@@ -84,25 +84,25 @@ def frames(  # noqa: PLR0913 - as those of `scan`, and the path
     repeat: int = 0,
     density: float = 1.0,
 ) -> SimulatedFrames:
-    """Simulate the depth frames of a camera that goes along a path.
+    """Simulate the depth frames of a camera that moves along a path.
 
     Parameters
     ----------
     scene
         A scene, or the name of one (`NAMES`).
     path
-        ``"rail"``: the camera of the scene on its rail. ``"hand"``: the same way by hand, to and
-        fro, shaking, at 15 Hz. ``"fixed"``: no motion, and somebody who walks through a third of
-        the frames.
+        ``"rail"``: the camera of the scene on its rail. ``"hand"``: the same path hand-held, to and
+        fro, shaking, at 15 Hz. ``"fixed"``: no motion, with somebody walking through a third of the
+        frames.
     count
-        Frames; by default those of the scene's rail, 45 by hand, 30 of a fixed camera.
+        Number of frames; by default those of the scene's rail, 45 hand-held, 30 fixed.
     seed, repeat, density
-        As of `scan`.
+        As for `scan`.
 
     Raises
     ------
     DivespotError
-        If the name is unknown, the path is none, or the scene cannot be.
+        If the name or the path is unknown, or the scene is impossible.
 
     Examples
     --------
@@ -134,7 +134,7 @@ def frames(  # noqa: PLR0913 - as those of `scan`, and the path
 
 
 def image(view: View, camera: Camera, along: Array, rng: np.random.Generator) -> NDArray[np.uint16]:
-    """Return the depth image of what a frame sees; `along` are the rays' parts along the axis."""
+    """Return the depth image of a view; `along` are the rays' components along the axis."""
     distance_m, _ = fly(view, camera, rng)
     near_m, far_m = camera.range_m
     valid = (distance_m > near_m) & (distance_m < far_m)
@@ -147,7 +147,7 @@ def image(view: View, camera: Camera, along: Array, rng: np.random.Generator) ->
 
 
 def matrix(camera: Camera) -> Array:
-    """(3, 3) intrinsic matrix of a camera; the middle of the first pixel is (0, 0)."""
+    """(3, 3) intrinsic matrix of a camera; the centre of the first pixel is (0, 0)."""
     (columns, rows), (across, down) = camera.pixels, camera.fov_deg
     fx = columns / 2 / math.tan(math.radians(across) / 2)
     fy = rows / 2 / math.tan(math.radians(down) / 2)
@@ -195,7 +195,7 @@ def _shaking(count: int, rng: np.random.Generator) -> tuple[Array, Array]:
 
 
 def _peopled(scene: Scene, path: Path, count: int) -> Scene:
-    """Let somebody walk through the view of a fixed camera, instead of whoever passed a rail."""
+    """Let somebody walk through the view of a fixed camera, instead of passing the rail."""
     if path != "fixed":
         return scene
     walking = tuple(range(count // 3, count // 3 + round(WALKING * count)))

@@ -29,9 +29,9 @@ RAIL_CAMERAS: Mapping[float, Camera] = MappingProxyType(
         5.2: Camera(frames=6, rail_m=1.9),
     }
 )
-"""Camera of each area: more rail and frames for a longer strip."""
+"""Camera for each area: more rail and frames for a longer strip."""
 VOXELS_M: Mapping[float, float] = MappingProxyType({1.3: 0.0055, 2.6: 0.0068, 5.2: 0.0066})
-"""Fusing voxel of each area, for 300,000 to 450,000 points in view."""
+"""Fusing voxel for each area, for 300,000 to 450,000 points in view."""
 TABLE = ((1.3, (0.014, 0.028, 0.035)), (2.6, (0.028, 0.035)), (5.2, (0.335,)))
 """Areas in m2 and volumes in m3 of the paper; three shapes each."""
 ROWS = MappingProxyType(
@@ -52,7 +52,7 @@ ROWS = MappingProxyType(
 
 
 def unlevelled(rng: np.random.Generator) -> Pose:
-    """Draw a pose: nobody levels a rail to a degree, or puts the origin on the floor."""
+    """Draw a pose: rails are not level to a degree, and the origin is not on the floor."""
     roll_deg, pitch_deg = rng.uniform(-4, 4, 2)
     x, y, z = rng.uniform(-1, 1, 3)
     return Pose(roll_deg, pitch_deg, rng.uniform(0, 360), (x, y, z))
@@ -78,7 +78,7 @@ def corn(volume_m3: float, kind: int, rng: np.random.Generator, center_m: XY = (
 
 
 def small_floor(strip_m: XY) -> Floor:
-    """Floor that reaches beyond what the camera sees from above a strip."""
+    """Floor that extends beyond the camera's view from above a strip."""
     return Floor(strip_m[0] + 1.6, max(2.4, strip_m[1] + 0.8))
 
 
@@ -97,10 +97,10 @@ def shape(area_m2: float, volume_m3: float, kind: int, rng: np.random.Generator)
 
 
 def shape_maker(area_m2: float, volume_m3: float, kind: int) -> Maker:
-    """Bind a shape to its row of the table."""
+    """Return a maker of the shape in a row of the paper's table."""
     return lambda rng: shape(area_m2, volume_m3, kind, rng)
 
 
 def paper_shapes() -> dict[str, Maker]:
-    """Return what makes each row of the paper's table."""
+    """Return the makers of all rows of the paper's table."""
     return {name: shape_maker(*row) for name, row in ROWS.items()}

@@ -1,4 +1,4 @@
-"""A pile and a camera above it, before anything is put around them."""
+"""A pile and a camera above it, before anything is added around them."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from divespot.simulate.things import XY, Thing
 
 SURVEYED_M = 1.5
-"""Radius of piles from which on they are surveyed in projected coordinates."""
+"""Radius in metres from which piles are surveyed in projected coordinates."""
 
 
 @dataclass(frozen=True)
 class Site:
-    """A pile of a radius, the strip that holds it, and the camera above."""
+    """A pile of a given radius, the strip that holds it, and the camera above."""
 
     size_m: float
     pile: Pile
@@ -32,16 +32,16 @@ class Site:
 
     @property
     def top_m(self) -> float:
-        """Height that the pile stays below."""
+        """Upper bound of the pile's height."""
         return top_of(self.pile)
 
     def seen_from(self, height_m: float) -> Site:
-        """Return the site with its camera at this height at least."""
+        """Return the site with its camera at least this high."""
         camera = replace(self.camera, height_m=max(self.camera.height_m, height_m))
         return replace(self, camera=camera)
 
     def scene(self, things: tuple[Thing, ...], rng: np.random.Generator) -> Scene:
-        """Put the scene together, boxes at the ends of the strip."""
+        """Return the scene, with boxes at the ends of the strip."""
         boxes = boxes_around(self.strip_m, self.size_m, rng)
         return seen((self.pile,), (*boxes, *things), self.camera, self.strip_m, rng)
 
@@ -54,13 +54,13 @@ def site(rng: np.random.Generator, low_m: float, high_m: float) -> Site:
 
 
 def top_of(pile: Pile) -> float:
-    """Height that a pile stays below on a level floor."""
+    """Upper bound of a pile's height on a level floor."""
     slope = math.tan(math.radians(pile.repose_deg))
     return slope * radius_of_cone(pile.volume_m3, pile.repose_deg) + 5 * pile.roughness_m
 
 
 def upright(size_m: float, rng: np.random.Generator) -> Pose:
-    """Draw a pose whose z is up: by a level of 0.2° in the instrument, or that of a survey."""
+    """Draw a pose with z up: to 0.2°, as by an instrument's level, or exactly, as in a survey."""
     if size_m < SURVEYED_M:
         roll_deg, pitch_deg = rng.normal(0, 0.1, 2).clip(-0.2, 0.2)
         x, y, z = rng.uniform(-1, 1, 3)

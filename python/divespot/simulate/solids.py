@@ -1,4 +1,4 @@
-"""Solids that rays meet in closed form."""
+"""Solids with closed-form ray intersections."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ XYZ: TypeAlias = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Cuboid:
-    """Upright box: middle of its foot, size, heading."""
+    """Upright box: centre of its foot, size, heading."""
 
     foot_m: XYZ
     size_m: XYZ
     heading_deg: float
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius of a ball around it."""
+        """Centre and radius of a ball around it."""
         middle = np.add(self.foot_m, (0, 0, self.size_m[2] / 2))
         return middle, math.hypot(*self.size_m) / 2
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         turn = math.radians(self.heading_deg)
         own = np.array(
             [[math.cos(turn), -math.sin(turn), 0], [math.sin(turn), math.cos(turn), 0], [0, 0, 1]]
@@ -41,26 +41,26 @@ class Cuboid:
         return np.where(enter < leave, enter, np.inf)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         along, across = _own_plan(x, y, self.foot_m, self.heading_deg)
         return (np.abs(along) <= self.size_m[0] / 2) & (np.abs(across) <= self.size_m[1] / 2)
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Upright cylinder: middle of its foot, radius, height."""
+    """Upright cylinder: centre of its foot, radius, height."""
 
     foot_m: XYZ
     radius_m: float
     height_m: float
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius of a ball around it."""
+        """Centre and radius of a ball around it."""
         middle = np.add(self.foot_m, (0, 0, self.height_m / 2))
         return middle, math.hypot(self.radius_m, self.height_m / 2)
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         at = origin - self.foot_m
         with np.errstate(divide="ignore", invalid="ignore"):
             side_in, side_out = _through(at, rays, self.radius_m)
@@ -70,23 +70,23 @@ class Cylinder:
         return np.where((enter < leave) & (enter > 0), enter, np.inf)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         return np.hypot(x - self.foot_m[0], y - self.foot_m[1]) < self.radius_m
 
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball, given by its middle."""
+    """A ball, given by its centre and radius."""
 
     middle_m: XYZ
     radius_m: float
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius."""
+        """Centre and radius."""
         return np.array(self.middle_m), self.radius_m
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         at = origin - self.middle_m
         towards = rays @ at
         with np.errstate(invalid="ignore"):
@@ -94,24 +94,24 @@ class Ball:
         return np.where(near > 0, near, np.inf)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         return np.hypot(x - self.middle_m[0], y - self.middle_m[1]) < self.radius_m
 
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """An ellipsoid: middle, half axes, heading of the first one."""
+    """An ellipsoid: centre, half axes, heading of the first one."""
 
     middle_m: XYZ
     radii_m: XYZ
     heading_deg: float = 0.0
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius of a ball around it."""
+        """Centre and radius of a ball around it."""
         return np.array(self.middle_m), max(self.radii_m)
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         turn = rotation(0, 0, self.heading_deg)
         at = ((origin - self.middle_m) @ turn) / self.radii_m
         own = (rays @ turn) / self.radii_m
@@ -121,7 +121,7 @@ class Ellipsoid:
         return np.where(near > 0, near, np.inf)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         along, across = _own_plan(x, y, self.middle_m, self.heading_deg)
         return (along / self.radii_m[0]) ** 2 + (across / self.radii_m[1]) ** 2 < 1
 
@@ -135,12 +135,12 @@ class Capsule:
     radius_m: float
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius of a ball around it."""
+        """Centre and radius of a ball around it."""
         start, end = np.array(self.start_m), np.array(self.end_m)
         return (start + end) / 2, float(np.linalg.norm(end - start)) / 2 + self.radius_m
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         ends = [Ball(end, self.radius_m).meet(origin, rays) for end in (self.start_m, self.end_m)]
         return np.minimum(self._side(origin, rays), np.minimum(*ends))
 
@@ -158,7 +158,7 @@ class Capsule:
         return np.where((near > 0) & (place > 0) & (place < long), near, np.inf)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         (x0, y0, _), (dx, dy, _) = self.start_m, np.subtract(self.end_m, self.start_m)
         share = ((x - x0) * dx + (y - y0) * dy) / max(dx**2 + dy**2, 1e-12)
         share = np.clip(share, 0, 1)
@@ -167,7 +167,7 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Slab:
-    """A box in any position: middle, size, then pitch about its width and heading about z.
+    """A box in any position: centre, size, then pitch about its width and heading about z.
 
     A positive pitch lowers the end that the heading points to.
     """
@@ -178,18 +178,18 @@ class Slab:
     pitch_deg: float = 0.0
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius of a ball around it."""
+        """Centre and radius of a ball around it."""
         return np.array(self.middle_m), math.hypot(*self.size_m) / 2
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         own = rotation(0, self.pitch_deg, self.heading_deg)
         half = np.array(self.size_m) / 2
         enter, leave = span((origin - self.middle_m) @ own, rays @ own, -half, half)
         return np.where((enter < leave) & (enter > 0), enter, np.inf)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         along, across = _own_plan(x, y, self.middle_m, self.heading_deg)
         length, width, thick = self.size_m
         lean = math.radians(self.pitch_deg)
@@ -199,9 +199,9 @@ class Slab:
 
 @dataclass(frozen=True)
 class Arc:
-    """An upright round wall: middle of its foot, inner radius, thickness, height, and its arc.
+    """An upright round wall: centre of its foot, inner radius, thickness, height, and its arc.
 
-    Its two ends are open: what is seen through them is the wall's inside.
+    Its two ends are open: through them the wall's inside is seen.
     """
 
     foot_m: XYZ
@@ -212,12 +212,12 @@ class Arc:
     turn_deg: float
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius of a ball around it."""
+        """Centre and radius of a ball around it."""
         middle = np.add(self.foot_m, (0, 0, self.height_m / 2))
         return middle, math.hypot(self.radius_m + self.thickness_m, self.height_m / 2)
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         at = origin - self.foot_m
         with np.errstate(divide="ignore", invalid="ignore"):
             sides = [t for radius in self._radii() for t in _through(at, rays, radius)]
@@ -229,7 +229,7 @@ class Arc:
         return self.radius_m, self.radius_m + self.thickness_m
 
     def _kept(self, distance: Array, at: Array) -> Array:
-        """Distances where the place met belongs to the wall, else inf."""
+        """Distances where the intersection is on the wall, else inf."""
         low, high = self._radii()
         away, spare = np.hypot(at[:, 0], at[:, 1]), 1e-9 * high
         there = (away > low - spare) & (away < high + spare) & self._turned(at[:, 0], at[:, 1])
@@ -241,7 +241,7 @@ class Arc:
         return np.asarray(angle % 360 <= self.turn_deg)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         dx, dy = np.broadcast_arrays(x - self.foot_m[0], y - self.foot_m[1])
         low, high = self._radii()
         away = np.hypot(dx, dy)
@@ -259,21 +259,21 @@ class Raised:
     by_m: float
 
     def ball(self) -> tuple[Array, float]:
-        """Middle and radius of a ball around it."""
+        """Centre and radius of a ball around it."""
         middle, radius_m = self.solid.ball()
         return np.add(middle, (0, 0, self.by_m)), radius_m
 
     def meet(self, origin: Array, rays: Array) -> Array:
-        """(n,) distances to the first meeting; inf without one."""
+        """(n,) distances to the first intersection; inf without one."""
         return self.solid.meet(np.subtract(origin, (0, 0, self.by_m)), rays)
 
     def covers(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which places in plan lie under it."""
+        """Whether positions in plan are under it."""
         return self.solid.covers(x, y)
 
 
 def _own_plan(x: Array, y: Array, middle_m: XYZ, heading_deg: float) -> tuple[Array, Array]:
-    """Places in plan along and across a heading, from a middle."""
+    """Positions in plan along and across a heading, from a centre."""
     turn, dx, dy = math.radians(heading_deg), x - middle_m[0], y - middle_m[1]
     along = dx * math.cos(turn) + dy * math.sin(turn)
     return along, dy * math.cos(turn) - dx * math.sin(turn)

@@ -39,7 +39,7 @@ def floor_heights(floor: Floor, rng: np.random.Generator) -> Array:
 
 
 def levels_beside(floor: Floor) -> Array:
-    """(ny, nx) heights that the levels add on whose faces no pile lies."""
+    """(ny, nx) heights added by levels on whose faces no pile lies."""
     x, y = axes(floor)
     total = np.zeros((y.size, x.size))
     for level in floor.levels:
@@ -49,7 +49,7 @@ def levels_beside(floor: Floor) -> Array:
 
 
 def waver(x: Array, y: Array, floor: Floor, rng: np.random.Generator) -> Array:
-    """Sum of a few random long waves whose largest departure from zero is `wave_m`."""
+    """Sum of a few random long waves whose largest deviation from zero is `wave_m`."""
     total = np.zeros(np.broadcast_shapes(x.shape, y.shape))
     if floor.wave_m == 0:
         return total
@@ -91,7 +91,7 @@ class Surface:
         return patches(self.ground_m + self.height_m)
 
     def _cell(self, x: Array, y: Array) -> tuple[NDArray[np.intp], Array, Array]:
-        """Flat index of the cell, and the place in it from 0 to 1; outside, the border's cell."""
+        """Flat index of the cell, and the position in it from 0 to 1; outside, the nearest cell."""
         u = (x - self.x[0]) * (1 / self.node_m)
         v = (y - self.y[0]) * (1 / self.node_m)
         column = np.clip(u.astype(np.intp), 0, self.x.size - 2)
@@ -99,7 +99,7 @@ class Surface:
         return row * (self.x.size - 1) + column, u - column, v - row
 
     def z(self, x: Array, y: Array) -> Array:
-        """Height of the scanned surface at places in plan."""
+        """Height of the scanned surface at positions in plan."""
         cell, u, v = self._cell(x, y)
         patch = self._patches[cell]
         return np.asarray(
@@ -111,7 +111,7 @@ class Surface:
         return np.asarray(self.owner[self._nearest(x, y)], dtype=np.int16)
 
     def floor_z(self, x: float, y: float) -> float:
-        """Height of the floor at the node nearest to a place, whatever lies on it."""
+        """Height of the floor at the node nearest to a place, below any pile on it."""
         return float(self.ground_m[self._nearest(np.array(x), np.array(y))])
 
     def _nearest(self, x: Array, y: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -128,7 +128,7 @@ class Surface:
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Lowest and highest corner of a box around the surface, a node's spacing to spare."""
+        """Lowest and highest corner of a box around the surface, with a margin of one node."""
         z = self.ground_m + self.height_m
         slack = self.node_m
         low = np.array([self.x[0], self.y[0], z.min() - slack])

@@ -1,4 +1,4 @@
-"""Things that stand around a measured strip, never in it."""
+"""Objects around a measured strip, never in it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def around(strip_m: XY, frames: int, rng: np.random.Generator) -> tuple[Thing, .
 
 def boxes_around(strip_m: XY, size_m: float, rng: np.random.Generator) -> tuple[Thing, ...]:
     """Draw boxes at the ends of a strip whose largest pile has a radius of `size_m`."""
-    # The boxes stand by piles with a radius of a third of a metre.
+    # Box sizes are for piles with a radius of a third of a metre.
     scale = size_m / 0.35
     length_m, width_m = strip_m
     return tuple(

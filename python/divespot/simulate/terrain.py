@@ -28,7 +28,7 @@ def terrain(scene: Scene, seed: int) -> tuple[Surface, tuple[float, ...]]:
     Raises
     ------
     DivespotError
-        If a pile reaches beyond the floor or the strip, or into a thing.
+        If a pile extends beyond the floor or the strip, or into another object.
     """
     x, y = axes(scene.floor)
     ground_m = floor_heights(scene.floor, stream(seed, f"{scene.name} floor"))
@@ -61,7 +61,7 @@ def leaned_walls(scene: Scene) -> list[Wall | RoundWall]:
 
 
 def _window(nodes: Array, pile: Pile, axis: int) -> slice:
-    """Nodes within generous reach of a pile, so that a small pile on a large floor is cheap."""
+    """Nodes within reach of a pile, so that a small pile on a large floor is fast."""
     radius_m = radius_of_cone(pile.volume_m3, pile.repose_deg)
     reach_m = radius_m * (2.0 + 0.5 * (pile.ridge + pile.spread))
     middle = pile.center_m[axis]
@@ -91,7 +91,7 @@ def _require_level(beside_m: Array, owner: NDArray[np.int16], piles: int) -> Non
 
 
 def _require_clear(scene: Scene, surface: Surface) -> None:
-    """Piles lie in the strip and touch nothing but the walls they lean on."""
+    """Check that piles are in the strip and touch only the walls they lean on."""
     rows, columns = np.nonzero(surface.height_m)
     x, y = surface.x[columns], surface.y[rows]
     strip_m = scene.strip_m or (math.inf, math.inf)
@@ -108,7 +108,7 @@ def _require_clear(scene: Scene, surface: Surface) -> None:
 
 
 def _may_meet(thing: Thing) -> bool:
-    """Return whether a thing may be where a pile is."""
+    """Return whether an object may overlap a pile."""
     match thing:
         case Wall():
             return thing.leaned_on
@@ -125,7 +125,7 @@ def _covered(thing: Thing, frames: int, x: Array, y: Array) -> bool:
 
 
 def _require_held(scene: Scene, surface: Surface) -> None:
-    """No pile pours over the top or round the end of a wall it leans on."""
+    """Check that no pile pours over the top or round the end of a wall it leans on."""
     walls = leaned_walls(scene)
     held = np.zeros(surface.height_m.shape, dtype=bool)
     behind = np.zeros_like(held)

@@ -1,4 +1,4 @@
-"""The solids that stand for a thing, and where it stands."""
+"""The solids that represent an object, and its position."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def foot_z_m(thing: Thing, frame: int, surface: Surface) -> float:
-    """Height that a thing stands on: the floor's under its middle, or the surface's."""
+    """Height at which an object stands: of the floor under its centre, or of the surface."""
     match thing:
         case Person(on_pile=True):
             return _lowest(place_of(thing, frame), 0.09 * thing.height_m, surface)
@@ -31,13 +31,13 @@ def foot_z_m(thing: Thing, frame: int, surface: Surface) -> float:
 
 
 def _lowest(place: XY, reach_m: float, surface: Surface) -> float:
-    """Height of the surface at the lowest of the four places that lie so far from one."""
+    """Height of the surface at the lowest of four places at a distance from one."""
     x, y = np.add(place, np.array([(1, 0), (-1, 0), (0, 1), (0, -1)]) * reach_m).T
     return float(surface.z(x, y).min())
 
 
 def solids_of(thing: Thing, frame: int, foot_z_m: float) -> list[Solid]:
-    """Solids that stand for a thing in one frame."""
+    """Solids that represent an object in one frame."""
     match thing:
         case Wall():
             return [_wall(thing, foot_z_m)]
@@ -75,7 +75,7 @@ def _round_wall(wall: RoundWall, foot_z_m: float) -> Arc:
 
 
 def place_of(person: Person, frame: int) -> XY:
-    """Where a person stands in a frame."""
+    """Position of a person in a frame."""
     strides = frame - person.frames[0] if person.frames else 0
     (x, y), (dx, dy) = person.center_m, person.stride_m
     return x + strides * dx, y + strides * dy

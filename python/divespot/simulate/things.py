@@ -1,4 +1,4 @@
-"""What stands on the floor or hangs above it: frozen records, checked when made."""
+"""Objects on the floor or above it: frozen records, checked when created."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ class Box:
 
 @dataclass(frozen=True)
 class Person:
-    """Someone who passes: in sight during the given frames only, one stride further in each.
+    """A person passing: visible only in the given frames, one stride further in each.
 
-    With `on_pile`, whoever it is stands on the surface, piles and all.
+    With `on_pile`, the person stands on the surface, including piles.
     """
 
     center_m: XY
@@ -83,7 +83,7 @@ class Person:
 
 @dataclass(frozen=True)
 class RoundWall:
-    """An upright wall along an arc, against whose inner side piles are cut.
+    """An upright wall along an arc; piles are cut at its inner side.
 
     It runs anticlockwise from `from_deg`, an angle from x, over `turn_deg`.
     """
@@ -105,18 +105,18 @@ class RoundWall:
 
 @dataclass(frozen=True)
 class Hanging:
-    """Something above the piles, which takes no part in what they are: solids in the scene.
+    """Something above the piles, made of solids; it does not change the piles.
 
     Parameters
     ----------
     what
-        A word for it.
+        Name of its kind.
     solids
-        What it is made of; heights are above z = 0, or above the surface at `rests_at_m`.
+        Its solids; heights are above z = 0, or above the surface at `rests_at_m`.
     frames
-        Frames in which it is in sight; all unless given.
+        Frames in which it is visible; by default all.
     rests_at_m
-        A place in plan where it touches the surface.
+        A position in plan where it touches the surface.
     """
 
     what: str

@@ -1,4 +1,4 @@
-"""Where rays first meet the surface and the things on it."""
+"""Intersections of rays with the surface and the objects on it."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ NEAR_NODES = 0.5
 CLOSE_NODES = 1e-5
 """Gap, in node spacings, that counts as a hit."""
 TOGETHER = 8192
-"""Rays that are followed together: few enough that a step's arrays stay in the cache."""
+"""Number of rays traced together: few enough that a step's arrays stay in the cache."""
 MAX_STEPS = 200
-"""A ray still above the surface after so many steps grazes it and returns nothing."""
+"""A ray still above the surface after this many steps grazes it and returns nothing."""
 
 
 def span(origin: Array, rays: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Distances at which rays enter and leave a box; it is missed if the first is the larger."""
+    """Distances at which rays enter and leave a box; a box is missed if the first is larger."""
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (low - origin) / rays, (high - origin) / rays
     # A ray that lies in a face gives 0 / 0; fmin and fmax then keep the other face's bound.
@@ -32,15 +32,15 @@ def span(origin: Array, rays: Array, low: Array, high: Array) -> tuple[Array, Ar
 
 
 def meet_surface(surface: Surface, origin: Array, rays: Array) -> Array:
-    """Distance along each ray to its first meeting with the surface; inf without one.
+    """Distance along each ray to its first intersection with the surface; inf without one.
 
-    A step never exceeds gap / (fastest closing that the steepest slope allows), so no crest is
-    jumped over; only within half a node of the surface the secant takes over.
+    A step never exceeds gap / (fastest approach that the steepest slope allows), so that no crest
+    is skipped; only within half a node of the surface is the secant used.
 
     Parameters
     ----------
     surface
-        What is scanned.
+        The scanned surface.
     origin
         (3,) start of all rays, above the surface.
     rays
@@ -55,7 +55,7 @@ def _meet(surface: Surface, origin: Array, rays: Array) -> Array:
     closing = surface.steepest * np.hypot(rays[:, 0], rays[:, 1]) - rays[:, 2]
     (live,) = np.nonzero((start < stop) & (closing > 0))
     hits = np.full(len(rays), np.inf)
-    # One row a quantity, so that rays that are done leave with one selection.
+    # One row per quantity, so that finished rays are removed with one selection.
     ray = np.vstack([rays[live].T, stop[live], closing[live]])
     t, step, gap_before = start[live], np.zeros(live.size), np.full(live.size, np.inf)
     for _ in range(MAX_STEPS):

@@ -1,4 +1,4 @@
-"""A laser scanner on a tripod, set up in one place after another."""
+"""A laser scanner on a tripod, at one set-up after another."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tripod(Camera):
-    """A scanner that turns about itself: a frame a set-up, `pixels` being steps of its angles.
+    """A rotating scanner: one frame per set-up; `pixels` are the steps of its angles.
 
     Parameters
     ----------
     stations_m
-        Where it is set up, in plan, as many places as `frames`.
+        Its positions in plan, as many as `frames`.
     elevations_deg
         Lowest and highest elevation of its rays.
     """
@@ -47,7 +47,7 @@ class Tripod(Camera):
         )
 
     def lens(self, frame: int) -> Array:
-        """(3,) place of the scanner in the scene."""
+        """(3,) position of the scanner in the scene."""
         return np.array([*self.stations_m[frame], self.height_m])
 
     def rays(self) -> Array:

@@ -1,7 +1,7 @@
-"""Scenes of which the seed draws everything: size, material, number, floor, camera, pose, unit.
+"""Randomly drawn scenes: size, material, number, floor, camera, pose, unit.
 
 All lengths are drawn in radii of the largest pile, `size_m`, so that no scale is preferred; only
-people and the supports of a rail have a size of their own.
+people and the supports of a rail have their own size.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 REACH = 1.6
-"""No footprint reaches farther from its middle, in radii of the cone of the same volume."""
+"""Largest extent of a footprint from its centre, in radii of the cone of the same volume."""
 RAIL_SIZES_M = (0.2, 0.8)
-"""Radii of piles that are measured from a rail which people pass."""
+"""Range of radii of piles measured from a rail with people passing."""
 
 
 def overhead(rng: np.random.Generator) -> Scene:
@@ -41,7 +41,7 @@ def overhead(rng: np.random.Generator) -> Scene:
 
 
 def uneven(rng: np.random.Generator) -> Scene:
-    """Let the floor under one or two piles waver, slope, fold or step, or all of it."""
+    """Put one or two piles on a floor with waves, slope, fold or step, or all of them."""
     size_m = log_uniform(rng, 0.05, 5.0)
     piles, strip_m = apart(size_m, int(rng.integers(1, 3)), rng)
     camera = above(strip_m, size_m, rng)
@@ -61,7 +61,7 @@ def uneven(rng: np.random.Generator) -> Scene:
 
 
 def tilted(rng: np.random.Generator) -> Scene:
-    """Look aslant on a pile, no more than shows nearly all of its far flank."""
+    """Look obliquely at a pile, with nearly all of its far flank visible."""
     size_m = log_uniform(rng, 0.05, 5.0)
     piles, strip_m = apart(size_m, 1, rng)
     camera = from_aside(above(strip_m, size_m, rng), rng.uniform(15.0, 30.0))
@@ -118,13 +118,13 @@ def leaning(rng: np.random.Generator) -> Scene:
         leaned_on=True,
     )
     pile = poured(size_m, (0.0, 0.0), rng)
-    # What the wall cuts off lies on this side of it: the pile is wider than it would be alone.
+    # Material cut off by the wall is on this side of it: the pile is wider than it would be alone.
     strip_m = (3 * REACH * size_m, 3 * REACH * size_m)
     return seen((pile,), (wall,), above(strip_m, size_m, rng), strip_m, rng)
 
 
 def from_one_side(rng: np.random.Generator) -> Scene:
-    """Look from low down on one side of a pile, its far flank hidden."""
+    """Look from a low position on one side of a pile, with its far flank hidden."""
     size_m = log_uniform(rng, 0.05, 5.0)
     pile = poured(size_m, (0.0, 0.0), rng)
     strip_m = (2 * REACH * size_m, 2 * REACH * size_m)
@@ -136,7 +136,7 @@ def from_one_side(rng: np.random.Generator) -> Scene:
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """Draw a number of no particular magnitude."""
+    """Draw a number uniformly on a logarithmic scale."""
     return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
@@ -155,7 +155,7 @@ def poured(
 
 
 def apart(size_m: float, count: int, rng: np.random.Generator) -> tuple[tuple[Pile, ...], XY]:
-    """Pour piles of any form in a row, their feet apart; the strip that holds them."""
+    """Pour piles of any form in a row, with their feet apart; return also the strip."""
     radii_m = [size_m, *(size_m * rng.uniform(0.6, 1.0, count - 1)).tolist()]
     gaps_m = [*(size_m * rng.uniform(0.1, 0.8, count - 1)).tolist(), 0.0]
     length_m = 2 * REACH * sum(radii_m) + sum(gaps_m)
@@ -168,7 +168,7 @@ def apart(size_m: float, count: int, rng: np.random.Generator) -> tuple[tuple[Pi
 
 
 def in_form(pile: Pile, rng: np.random.Generator) -> Pile:
-    """Make a cone a ridge or a group of peaks, or leave it."""
+    """Turn a cone into a ridge or a group of peaks, or leave it unchanged."""
     match rng.integers(3):
         case 0:
             return pile
@@ -214,7 +214,7 @@ def seen(
     strip_m: XY,
     rng: np.random.Generator,
 ) -> Scene:
-    """Put a scene together, in any pose and unit, with 150,000 to 500,000 points about."""
+    """Return the scene in any pose and unit, with about 150,000 to 500,000 points."""
     size_m = camera.height_m
     view_m = (camera.rail_m + 1.4 * size_m, 1.7 * size_m)
     node_m = math.sqrt(view_m[0] * view_m[1] / 3e5)
@@ -232,7 +232,7 @@ def seen(
 
 
 def any_pose(camera: Camera, rng: np.random.Generator) -> Pose:
-    """Draw a pose: up is close to z, or to -z, or z is where the camera looks."""
+    """Draw a pose: up is close to z or to -z, or z is the camera's viewing direction."""
     levelled = unlevelled(rng)
     match rng.integers(5):
         case 0:
@@ -254,4 +254,4 @@ VARIED: Mapping[str, Maker] = MappingProxyType(
         "varied-one-side": from_one_side,
     }
 )
-"""What makes each scene that is drawn at random."""
+"""Functions that make each randomly drawn scene."""

@@ -1,4 +1,4 @@
-"""What is known of a vessel before it is scanned."""
+"""Vessels whose floor and outline are known before the scan."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Vessel:
     Parameters
     ----------
     outline_m
-        Corners of its inside in plan, in the scene; the last is not the first again.
+        Corners of its inside in plan, in the scene; the first is not repeated.
     floor_m
         Height of its floor in the scene.
     """

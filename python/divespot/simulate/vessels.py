@@ -1,4 +1,4 @@
-"""Vessels seen from above, floor and outline given, of which the seed draws everything."""
+"""Randomly drawn vessels seen from above, with given floor and outline."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from divespot.simulate.shapes import Maker
 
 CORNERS = 180
-"""Corners of the outline of a round vessel."""
+"""Number of corners of the outline of a round vessel."""
 SEEN_DEG = 60.0
-"""Opening of the camera in both directions."""
+"""Opening angle of the camera in both directions, in degrees."""
 
 
 def bin_(rng: np.random.Generator) -> Scene:
@@ -42,13 +42,13 @@ def truck(rng: np.random.Generator) -> Scene:
 
 
 def silo(rng: np.random.Generator) -> Scene:
-    """Fill a silo that is seen from under its roof."""
+    """Fill a silo, seen from under its roof."""
     radius_m = log_uniform(rng, 0.5, 6.0)
     thick_m = 0.1 * radius_m
     pile, high_m = _fill(math.pi * radius_m**2, radius_m, rng)
     wall = RoundWall((0.0, 0.0), radius_m, high_m, thick_m, 0.0, 360.0)
     turns = 2 * math.pi * (np.arange(CORNERS) + 0.5) / CORNERS
-    # A polygon of the circle's own area.
+    # A polygon with the circle's area.
     reach_m = radius_m * math.sqrt(2 * math.pi / CORNERS / math.sin(2 * math.pi / CORNERS))
     reach_m += _beyond(thick_m, rng)
     corners = reach_m * np.stack([np.cos(turns), np.sin(turns)], axis=1)
@@ -73,7 +73,7 @@ def _square(half_m: XY, floor_m: float, rng: np.random.Generator) -> Scene:
 
 
 def _beyond(thick_m: float, rng: np.random.Generator) -> float:
-    """Draw how far an outline lies beyond the faces of the walls, as often as not not at all."""
+    """Draw how far an outline lies beyond the faces of the walls, in half of the cases 0."""
     return thick_m * max(0.0, rng.uniform(-0.9, 0.9))
 
 
@@ -134,4 +134,4 @@ def _from_above(
 VESSELS: Mapping[str, Maker] = MappingProxyType(
     {"vessel-bin": bin_, "vessel-truck": truck, "vessel-silo": silo}
 )
-"""What makes each scene of a vessel."""
+"""Functions that make each scene of a vessel."""

@@ -1,4 +1,4 @@
-"""Scenes where piles meet walls and faces, of which the seed draws everything.
+"""Randomly drawn scenes where piles meet walls and faces.
 
 Lengths are drawn in radii of the pile's cone, `size_m`.
 """
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from divespot.simulate.things import Thing
 
 GROWN = 1.15
-"""A pile whose middle is in front of a wall is no more times larger than its cone."""
+"""Largest size of a pile with its middle in front of a wall, relative to its cone."""
 
 
 def corner(rng: np.random.Generator) -> Scene:
@@ -50,7 +50,7 @@ def bay(rng: np.random.Generator) -> Scene:
 
 
 def boards(rng: np.random.Generator) -> Scene:
-    """Pour a pile against one, two or three boards that are little higher than itself."""
+    """Pour a pile against one, two or three boards that are slightly higher than the pile."""
     size_m = log_uniform(rng, 0.1, 5.0)
     pile = poured(size_m, (0.0, 0.0), rng)
     slope = math.tan(math.radians(pile.repose_deg))
@@ -79,7 +79,7 @@ def rounded(rng: np.random.Generator) -> Scene:
 
 
 def bench(rng: np.random.Generator) -> Scene:
-    """Pour a pile against the face of a bench that is higher than itself."""
+    """Pour a pile against the face of a bench that is higher than the pile."""
     size_m = log_uniform(rng, 0.5, 15.0)
     rise_m, toe_m = rng.uniform(1.2, 2.5) * size_m, rng.uniform(0.4, 0.9) * size_m
     face_deg = rng.uniform(60.0, 82.0)
@@ -137,7 +137,7 @@ def _in_front(
     rng: np.random.Generator,
     least_m: float = 0.0,
 ) -> Scene:
-    """Look down on a pile and on what it leans on, which makes it wider than it would be alone."""
+    """Look down on a pile and the wall it leans on, which makes it wider than it would be alone."""
     wide_m = 3 * REACH * size_m
     at = Site(size_m, pile, (wide_m, wide_m), above((wide_m, wide_m), size_m, rng))
     camera = at.seen_from(least_m + 2 * size_m).camera
@@ -149,13 +149,13 @@ def _thickness(size_m: float, rng: np.random.Generator) -> float:
 
 
 def wall_across(face_m: float, length_m: float, high_m: float, thick_m: float) -> Wall:
-    """Return a wall along x whose face is at y."""
+    """Return a wall along x with its face at y = `face_m`."""
     y = face_m + thick_m / 2
     return Wall((-length_m / 2, y), (length_m / 2, y), high_m, thick_m, leaned_on=True)
 
 
 def _along(face_m: float, length_m: float, end_m: float, high_m: float, thick_m: float) -> Wall:
-    """Return a wall along y, up to y = `end_m`, whose face is at x."""
+    """Return a wall along y, up to y = `end_m`, with its face at x = `face_m`."""
     x = face_m + math.copysign(thick_m / 2, face_m)
     return Wall((x, end_m - length_m), (x, end_m + thick_m), high_m, thick_m, leaned_on=True)
 
@@ -180,6 +180,6 @@ WALLS: Mapping[str, Maker] = MappingProxyType(
         "walls-wedge": wedge,
     }
 )
-"""What makes each scene where a pile meets a wall."""
+"""Functions that make each scene where a pile meets a wall."""
 CUT: Mapping[str, Maker] = MappingProxyType({"cut-face": face})
-"""What makes the scenes of piles that were dug out."""
+"""Functions that make the scenes of piles that were dug out."""

@@ -1,8 +1,8 @@
 """Volumes of one pile by the methods that the paper compares.
 
-Each takes points of shape ``(n, 3)``: x, y and the height above the base, a point a cell. What
-`divespot.measure` found is turned into such points by `bodies_of`; `volumes_m3` measures all of a
-report's piles by any method. All but the voxels need SciPy: ``pip install divespot[methods]``.
+Each method takes points of shape ``(n, 3)``: x, y and the height above the base, one point per
+cell. `bodies_of` makes such points from the result of `divespot.measure`; `volumes_m3` measures all
+piles of a report by any method. All but the voxels need SciPy: ``pip install divespot[methods]``.
 """
 
 from divespot.volume.alpha import alpha_shape

@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 def alpha_shape(points_m: ArrayLike, alpha_m: float) -> float:
     """Return the volume of the alpha shape of a pile and its foot on the base.
 
-    That is the Delaunay tetrahedra whose circumscribed sphere has a radius of at most `alpha_m`.
+    It consists of the Delaunay tetrahedra with a circumscribed sphere of radius `alpha_m` or less.
     Source: Edelsbrunner and Mücke, Three-dimensional alpha shapes (1994); the paper's second
-    method of comparison. Known weakness: the answer hangs on alpha. Below half of the pile's
-    height the inside falls away, far above the hollows of the surface are filled up to the hull.
+    method of comparison. Known weakness: the result depends on alpha. Below half of the pile's
+    height the inside is lost; far above it the hollows of the surface are filled up to the hull.
 
     Parameters
     ----------
     points_m
         Shape ``(n, 3)``: x, y and the height above the base.
     alpha_m
-        Largest radius of a sphere that no point lies in.
+        Largest radius of an empty sphere.
 
     Raises
     ------
@@ -54,10 +54,10 @@ SHAKEN = 0.001
 
 
 def shaken(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points a little off a raster, by the same draws whenever there are as many.
+    """Return points moved slightly off their raster, equally for equal numbers of points.
 
-    Thousands of points on one plane and in one raster have no single triangulation, and Qhull
-    takes minutes to settle on one.
+    Thousands of points on one plane and in one raster have no unique triangulation, and Qhull would
+    take minutes.
     """
     if not len(points_m):
         return points_m
@@ -69,7 +69,7 @@ def shaken(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
 def tetrahedra(points_m: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return volumes and circumscribed radii of the Delaunay tetrahedra, each shape ``(m,)``.
 
-    What is so flat that it has no radius has no volume either, and an infinite radius.
+    Tetrahedra too flat to have a radius get volume 0 and an infinite radius.
     """
     points = shaken(above_base(points_m))
     corners = points[simplices(points)]

@@ -1,4 +1,4 @@
-"""What stands between a pile's surface and its base."""
+"""The space between a pile's surface and its base."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def bodies_of(report: Report) -> tuple[Body, ...]:
 
 
 def body(grid: HeightMap, base_m: NDArray[np.float64], corners_m: Sequence[Position]) -> Body:
-    """Cut what lies inside an outline, given in the level frame, out of a height map."""
+    """Return the cells of a height map inside an outline, given in the level frame."""
     outline = np.array(corners_m, dtype=np.float64).reshape(-1, 3)[:, :2]
     x, y = grid.centers_m()
     places = np.stack([x, y, grid.heights_m - base_m], axis=-1).reshape(-1, 3)
@@ -69,7 +69,7 @@ def body(grid: HeightMap, base_m: NDArray[np.float64], corners_m: Sequence[Posit
 
 
 def inside(places_m: NDArray[np.float64], outline_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which places in plan, shape ``(n, 2)``, an outline encloses (even-odd rule)."""
+    """Return which places in plan, shape ``(n, 2)``, are inside an outline (even-odd rule)."""
     within = np.zeros(len(places_m), dtype=np.bool_)
     x, y = places_m.T
     for (x0, y0), (x1, y1) in zip(outline_m, np.roll(outline_m, -1, axis=0), strict=True):

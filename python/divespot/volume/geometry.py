@@ -1,4 +1,4 @@
-"""SciPy's hulls and triangulations, and what flat sets of points have of them."""
+"""SciPy's hulls and triangulations, also for points on a plane or a line."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-#: Largest coordinate: a float64 beyond it has lost its micrometres.
+#: Largest coordinate in metres, at which a float64 still resolves micrometres.
 FARTHEST_M = 1e9
 
-#: Most parts into which an extent may be divided.
+#: Largest ratio of an extent to a length that divides it.
 MOST = 2**32
 
 
@@ -36,7 +36,7 @@ def spatial() -> Any:  # noqa: ANN401 - SciPy ships no types
 def simplices(points: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the Delaunay triangles or tetrahedra of points, shape ``(m, dimensions + 1)``.
 
-    Points that span no area or volume have none.
+    There are none if the points span no area or volume.
     """
     found = _unless_flat("Delaunay", points)
     none = np.empty((0, points.shape[1] + 1), dtype=np.intp)
@@ -60,9 +60,9 @@ def _unless_flat(name: str, points: NDArray[np.float64]) -> Any:  # noqa: ANN401
 
 
 def above_base(points_m: ArrayLike) -> NDArray[np.float64]:
-    """Return points above the base, and the feet of their perpendiculars on it.
+    """Return points above the base, with their projections on it.
 
-    Without the feet, the surface alone would be measured: a scan sees no pile from below.
+    Without the projections, only the surface would be enclosed, as a scan sees no pile from below.
     """
     points = checked(points_m)
     standing = points[points[:, 2] > 0.0]
@@ -75,19 +75,19 @@ def checked(points_m: ArrayLike) -> NDArray[np.float64]:
     Raises
     ------
     DivespotError
-        They have another shape or type, or are not finite.
+        The points have another shape or type, or are not finite.
 
     """
     return numbers("points_m", points_m, ("n", 3))
 
 
 def numbers(name: str, values: ArrayLike, shape: tuple[str, int]) -> NDArray[np.float64]:
-    """Return rows of so many numbers; `shape` is what an error calls their array.
+    """Return an array of numbers in rows; `shape` is its shape in an error message.
 
     Raises
     ------
     DivespotError
-        They have another shape or type, or are not finite.
+        The values have another shape or type, or are not finite.
 
     """
     found = as_floats(name, values).astype(np.float64, copy=False)

@@ -15,7 +15,7 @@ def hull(points_m: ArrayLike) -> float:
 
     Source: the convex hull methods of the paper's introduction; Barber et al., Quickhull (1996),
     by SciPy. Known weakness: hollows between peaks and along a curved ridge are filled, and one
-    stray point makes it larger, so it is an upper bound.
+    outlier makes the hull larger, so that it is an upper bound.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The methods by name, and the piles of a report measured by one of them."""
+"""The methods by name, and measuring the piles of a report by one of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 #: Radius, in cells, of the disc that rolls around a concave contour.
 REACH_CELLS = 2.0
 
-#: Thickness of a layer of `slices`, in cells, where none is given.
+#: Default thickness of a layer of `slices`, in cells.
 SLICE_CELLS = 0.25
 
 Method: TypeAlias = Literal["voxels", "slices", "hull", "alpha", "tin"]
@@ -41,7 +41,7 @@ def volumes_m3(  # noqa: PLR0913 - one keyword a parameter of a method
     Parameters
     ----------
     report
-        What `divespot.measure` returned; its own volumes are by the ground grid.
+        The result of `divespot.measure`; its own volumes are by the ground grid.
     method
         ``voxels``, ``slices``, ``hull``, ``alpha`` or ``tin``: see the functions of
         `divespot.volume`. All but the first need SciPy.
@@ -51,13 +51,13 @@ def volumes_m3(  # noqa: PLR0913 - one keyword a parameter of a method
         Thickness of the layers of ``slices``, by default a quarter of a cell, and the contour
         around the points of each.
     alpha_m
-        Largest radius of ``alpha``; by default the height of the highest pile: no empty sphere
-        inside a pile is larger than half of that, and twice as much is on the safe side of noise.
+        Largest radius of ``alpha``; by default the height of the highest pile: empty spheres
+        inside a pile have at most half this radius, and the factor of two allows for noise.
 
     Returns
     -------
     volumes_m3
-        One for each of ``report.piles``, in their order. The method's own error is in no u95.
+        One for each of ``report.piles``, in their order. The method's own error is not in u95.
 
     Raises
     ------

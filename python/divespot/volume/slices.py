@@ -33,8 +33,8 @@ def slices(
     """Add up the layers of a pile: area of the contour of each one's points, times thickness.
 
     Source: the slice-based methods of the paper's introduction and comparison. Known weakness:
-    the answer hangs on the thickness. A thick layer counts with its lowest and largest contour,
-    a thin one holds too few points to draw it; a convex contour fills what lies between peaks.
+    the result depends on the thickness. A thick layer counts with its lowest and largest contour;
+    a thin one has too few points for a contour; a convex contour fills the space between peaks.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def slices(
     slice_m
         Thickness of a layer; the first one begins at the base.
     contour
-        The convex hull in plan, or a concave one: all that a disc cannot roll into from outside
-        without a point in its way (the alpha shape of the contour, filled).
+        The convex hull in plan, or a concave contour: the area that a disc rolling in from outside
+        cannot reach without covering a point (the alpha shape of the contour, filled).
     reach_m
         Radius of that disc; not used for a convex contour.
 
@@ -88,14 +88,14 @@ def _concave(places_m: NDArray[np.float64], reach_m: float) -> float:
     except module.QhullError:
         return 0.0
     corners = places_m[mesh.simplices]
-    # The side and the neighbour of number i lie opposite corner i.
+    # Side i and neighbour i are opposite corner i.
     sides = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
     wide = np.linalg.norm(sides, axis=2) > 2.0 * reach_m
     return float(areas(corners)[~_reached(mesh.neighbors, wide)].sum())
 
 
 def _reached(neighbors: NDArray[np.intp], wide: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Tell which triangles are joined to the outside through wide sides."""
+    """Return which triangles are connected to the outside through wide sides."""
     reached = np.asarray((wide & (neighbors < 0)).any(axis=1))
     front = np.flatnonzero(reached)
     while len(front):

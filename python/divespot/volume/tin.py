@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 def tin(points_m: ArrayLike, outline_m: ArrayLike | None = None) -> float:
     """Return the volume of the prisms between the triangles of a surface and the base.
 
-    The triangles are Delaunay's in plan (2.5D), what lies below the base counts as missing.
+    The triangles are Delaunay's in plan (2.5D); volume below the base counts as missing.
     Source: the triangulated irregular network of survey practice, after Peucker et al. (1978).
-    Known weakness: it ends at the outermost points, half a cell short all round, and long
-    triangles span what was not seen, and bays of the outline where none is given.
+    Known weakness: it ends at the outermost points, half a cell short all round, and long triangles
+    cover unseen areas, and bays of the outline if none is given.
 
     Parameters
     ----------
     points_m
         Shape ``(n, 3)``: x, y and the height above the base.
     outline_m
-        Shape ``(k, 2)``: triangles whose middle lies outside do not count.
+        Shape ``(k, 2)``: triangles with their middle outside do not count.
 
     Raises
     ------

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 def inner_voxels(points_m: ArrayLike, voxel_m: float) -> float:
-    """Count the voxels of a 3D grid whose middle lies between the surface and the base.
+    """Count the voxels of a 3D grid whose centre is between the surface and the base.
 
     Source: the method of inner voxels that the paper's ground grid replaces ("Voxel Meshing
-    Calculation"). Known weakness: every voxel of the box around the pile is held, so memory grows
-    with the cube of its size; a voxel counts whole or not at all; a column of voxels without a
-    point counts nothing, so the edge cannot be finer than the points.
+    Calculation"). Known weaknesses: every voxel of the box around the pile is held, so that memory
+    grows with the cube of its size; a voxel counts in full or not at all; a column without
+    a point counts nothing, so that the edge cannot be finer than the point spacing.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def _columns(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.float6
     """Return the mean height of the points in each column of voxels, 0 where there is none."""
     if not len(points_m):
         return np.zeros((1, 1))
-    # The lowest point lies in the middle of its column, and so do cells of the same edge.
+    # The lowest point is in the middle of its column, and so are cells of the same edge.
     low = points_m[:, :2].min(axis=0)
     column = np.floor((points_m[:, :2] - low) / voxel_m + 0.5).astype(np.int64)
     rows, columns = column.max(axis=0) + 1
