@@ -61,7 +61,7 @@ class Measured:
         return cls(scan, divespot.measure(scan.points * scan.scene.unit_m))
 
     def title(self) -> str:
-        """Say what is true and what was measured."""
+        """Return the true and the measured volume, as text."""
         largest_first = sorted(self.scan.volumes_m3, reverse=True)
         pairs = zip(largest_first, self.report.piles, strict=True)
         return "\n".join(
@@ -71,7 +71,7 @@ class Measured:
 
 
 def main() -> None:
-    """Draw them all."""
+    """Draw all pictures."""
     for name, draw in PICTURES.items():
         path = HERE / f"method-{name}.png"
         draw().savefig(path, dpi=100, metadata={"Software": None})
@@ -79,7 +79,7 @@ def main() -> None:
 
 
 def surface() -> Figure:
-    """Draw a profile through a scan: what the walk takes, and what it leaves."""
+    """Draw a profile through a scan: points on the walked surface, and points off it."""
     found = Measured.of(_occupied(), density=0.6)
     points, report = found.scan.points, found.report
     kept = radius_filter(points, report.settings)
@@ -164,7 +164,7 @@ def _two_levels() -> Scene:
 
 
 def base() -> Figure:
-    """Draw what a pile stands on: the ring of ground around it, and the base below."""
+    """Draw the annulus of ground around a pile, and the base below the pile."""
     scene = simulate.scene_named("wavering-floor", SEED)
     floor = replace(scene.floor, wave_m=0.02)
     found = Measured.of(replace(scene, floor=floor, things=(), name="base"), density=0.6)

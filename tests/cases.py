@@ -1,4 +1,4 @@
-"""Clouds on which every kernel is held against its slow twin."""
+"""Clouds on which every kernel is compared with its slow reference implementation."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ def scattered(count: int, seed: int = 0) -> Cloud:
 
 
 def with_holes(points: Cloud) -> Cloud:
-    """Put what is not a number, or infinite, into every seventh row."""
+    """Put NaN or infinity into every seventh row."""
     points = points.copy()
     points[::7, 0] = np.nan
     points[3::7, 2] = np.inf

@@ -125,7 +125,7 @@ def mutated(number: int) -> tuple[str, bytes]:
 
 
 def repaired(data: bytes) -> bytes:
-    """Return an E57 file with right checksums, so that what lies under them is read."""
+    """Return an E57 file with correct checksums, so that readers do not stop at them."""
     body = without_checksums(data)
     return with_checksums(body + bytes(-len(body) % 1020))
 

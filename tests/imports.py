@@ -1,4 +1,4 @@
-"""Which file imports which, in Python and in Rust, and the circles among them."""
+"""Imports between files, in Python and in Rust, and circular ones."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _imported(path: Path, known: set[str]) -> Iterator[str]:
 def rust_imports() -> Graph:
     """Return the core's modules, each with those it uses; tests are left out.
 
-    A name that a module only passes on (``pub use``) counts for the module that has it.
+    A name that a module re-exports (``pub use``) counts for the module that defines it.
     """
     sources = {
         _rust_name(path): _without_tests(path.read_text())
@@ -79,7 +79,7 @@ def _passed_on(name: str, text: str, sources: Mapping[str, str]) -> dict[str, tu
 def _uses(
     name: str, text: str, sources: Mapping[str, str]
 ) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Return the full path of everything in ``use`` lines, and what it is called here."""
+    """Return the full path and the local name of everything in ``use`` lines."""
     for line in re.findall(r"\buse ([^;]+);", text):
         for path in _expanded(re.sub(r"\s+", " ", line)):
             parts, _, alias = path.partition(" as ")
@@ -90,7 +90,7 @@ def _uses(
 
 
 def _path(name: str, steps: list[str], sources: Mapping[str, str]) -> tuple[str, ...] | None:
-    """Return the full path of what a module names so; None if it is not in the core."""
+    """Return the full path of a name used in a module; None if it is not in the core."""
     here = tuple(name.split("::"))
     if steps[0] == "crate":
         return tuple(steps)
@@ -126,7 +126,7 @@ def _owner(
     sources: Mapping[str, str],
     passed_on: Mapping[str, Mapping[str, tuple[str, ...]]],
 ) -> str:
-    """Return the module that has what a path names."""
+    """Return the module that defines what a path names."""
     depth = max(n for n in range(1, len(path) + 1) if "::".join(path[:n]) in sources)
     module, rest = "::".join(path[:depth]), path[depth:]
     origin = passed_on[module].get(rest[0]) if rest else None
@@ -134,7 +134,7 @@ def _owner(
 
 
 def circles(graph: Graph) -> list[frozenset[str]]:
-    """Return the sets of modules that import each other, around however many corners."""
+    """Return the sets of modules that import each other, directly or indirectly."""
     reach = {name: _reached(name, graph) for name in graph}
     found = {frozenset(b for b in reach[a] if a in reach.get(b, ())) for a in graph}
     return sorted((circle for circle in found if len(circle) > 1), key=sorted)

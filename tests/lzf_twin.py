@@ -1,4 +1,4 @@
-"""LZF as its format is described, slowly: what the kernel is held against."""
+"""A slow reference implementation of LZF, with which the kernel is compared."""
 
 from __future__ import annotations
 

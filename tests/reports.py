@@ -1,4 +1,4 @@
-"""What the tests ask of a report."""
+"""Helpers for tests of reports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @cache
 def contract() -> jsonschema.Draft202012Validator:
-    """Return what holds a report against the JSON Schema that the package brings."""
+    """Return a validator for the JSON Schema in the package."""
     text = (files("divespot") / "report.schema.json").read_text(encoding="utf-8")
     return jsonschema.Draft202012Validator(json.loads(text))
 
@@ -37,9 +37,9 @@ def volume_m3(report: Report) -> float:
 
 
 def result(report: Report) -> dict[str, Any]:
-    """Return what must be the same bits: all but the times and the number of threads.
+    """Return the values that must be bit-identical: all except times and number of threads.
 
-    Its JSON is held against the contract.
+    The report's JSON is validated against the schema.
     """
     require_contract(report)
     found = report.to_dict()

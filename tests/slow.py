@@ -1,4 +1,4 @@
-"""Slow twins of the kernels: the definition, written down in NumPy."""
+"""Slow reference implementations of the kernels: their definitions in NumPy."""
 
 from collections import defaultdict
 from typing import Any

@@ -1,4 +1,4 @@
-"""Whatever argument a public function is given: a result, or an error that says what is needed."""
+"""Any argument of a public function gives a result, or an error that says what is needed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `measure` makes of input that is no scan of a pile: one sentence, or a warning."""
+"""Input that is no scan of a pile: `measure` raises an error of one sentence, or warns."""
 
 from __future__ import annotations
 

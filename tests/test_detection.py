@@ -1,4 +1,4 @@
-"""How large a change must be to be told from none."""
+"""The detection limit of a change."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ CELL_M = 0.1
 
 
 def waves(seed: int, sigma_m: float, length: int, shape: tuple[int, int] = (128, 128)) -> Floats:
-    """Return heights that err together over so many cells, as frames that were put together do."""
+    """Return heights with errors correlated over some cells, as after registering frames."""
     coarse = np.random.default_rng(seed).normal(0.0, sigma_m, tuple(-(-n // length) for n in shape))
     return np.asarray(np.kron(coarse, np.ones((length, length)))[: shape[0], : shape[1]], float)
 

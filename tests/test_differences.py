@@ -1,4 +1,4 @@
-"""Against an earlier scan, above a given height, with no ground in view: closed forms."""
+"""Differences from an earlier scan or a given height, without ground in view: closed forms."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_where_nothing_changed_nothing_is_found(tmp_path: Path) -> None:
 
 
 def scanned_twice(folder: Path, name: str, share: float = 1.0) -> Report:
-    """Hold a scene against itself before that share of its first pile was left."""
+    """Compare a scene with itself before its first pile was reduced to a share."""
     before = scene_named(name, 1)
     first = before.piles[0]
     left = dataclasses.replace(first, volume_m3=share * first.volume_m3)

@@ -352,7 +352,7 @@ def test_a_listed_scan_that_cannot_be_measured_is_missed(tmp_path: Path) -> None
     ("text", "sentence"),
     [
         ("", "the file is empty"),
-        ("path,volume_m3\n", "a header with path and volume_m3 and a row a pile are needed"),
+        ("path,volume_m3\n", "a header path,volume_m3 and one row per pile are needed"),
         ("file,volume_m3\nscan.npy,1\n", "line 2: there is no path: columns .* are needed"),
         ("path,volume_m3\nscan.npy\n", "line 2: there is no volume_m3"),
         ("path,volume_m3\nscan.npy,much\n", "volume_m3 is 'much': a number above 0 is needed"),

@@ -100,7 +100,7 @@ def test_what_is_no_sequence_of_clouds_is_refused(rail: SimulatedFrames, tmp_pat
     with pytest.raises(DivespotError, match="need no intrinsics"):
         fuse(tmp_path, depth_scale=0.001)
     (tmp_path / "1.las").write_bytes(b"LASF")
-    with pytest.raises(DivespotError, match=r"a sequence is of \.pcd or \.ply"):
+    with pytest.raises(DivespotError, match=r"a sequence needs \.pcd or \.ply"):
         fuse([tmp_path / "0.ply", tmp_path / "1.las"])
     io.write(tmp_path / "2.ply", np.eye(3))
     with pytest.raises(DivespotError, match="3 points"):

@@ -1,4 +1,4 @@
-"""What unit a file is in, and what its numbers tell of it."""
+"""The unit of a file, stated or doubted because of its numbers."""
 
 from __future__ import annotations
 

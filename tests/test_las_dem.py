@@ -1,4 +1,4 @@
-"""Points with what they are of, and heights as a raster: round trips."""
+"""Classified points as LAS, and heights as GeoTIFF: round trips."""
 
 from __future__ import annotations
 

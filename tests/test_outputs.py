@@ -188,7 +188,7 @@ def test_lines_are_appended_behind_half_a_line(tmp_path: Path) -> None:
 
 
 def limited(bytes_: int) -> Callable[[], None]:
-    """Return what lets a child write so many bytes to a file, as a disk does that is full."""
+    """Return a function that limits a child's files to some bytes, like a full disk."""
 
     def limit() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

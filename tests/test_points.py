@@ -1,4 +1,4 @@
-"""What every kernel does with points that are none, and with a cloud in another guise."""
+"""Every kernel: points with NaN or infinity, and clouds as other kinds of arrays."""
 
 import subprocess
 import sys

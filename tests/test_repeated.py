@@ -1,4 +1,4 @@
-"""A scan that is measured again, a little otherwise."""
+"""Repeated measurements of slightly changed scans."""
 
 from __future__ import annotations
 

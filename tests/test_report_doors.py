@@ -1,4 +1,4 @@
-"""Ways out of a report: text, notebooks, JSON and back, data frames, files, and what is logged."""
+"""Output of a report: text, notebooks, JSON and back, data frames, files, logging."""
 
 from __future__ import annotations
 

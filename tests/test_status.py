@@ -1,4 +1,4 @@
-"""What became of a scan, in a word that a supervisor can go by."""
+"""The status of a scan, one word for a supervisor."""
 
 from __future__ import annotations
 

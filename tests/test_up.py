@@ -1,4 +1,4 @@
-"""Which way is up, and what says so."""
+"""Which way is up, and the evidence for it."""
 
 from __future__ import annotations
 

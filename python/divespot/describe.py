@@ -181,7 +181,7 @@ def doubts(
         found += _doubts_of(pile, settings)
     unknown = {pile.material for pile in piles if pile.material and pile.mass_kg is None}
     found += [
-        f"the density of {name!r} is not known: no mass was taken (see `divespot materials`)"
+        f"the density of {name!r} is not known: no mass is given (see `divespot materials`)"
         for name in sorted(filter(None, unknown))
     ]
     if settings.density_kg_m3 is not None and not settings.density_u_kg_m3:
@@ -192,10 +192,10 @@ def doubts(
 def _doubts_of(pile: Pile, settings: Settings) -> list[str]:
     found = []
     if pile.touches_edge:
-        found.append(f"pile {pile.id} runs out of the scan: what lies beyond is not counted")
+        found.append(f"pile {pile.id} runs out of the scan: the part beyond is not counted")
     if pile.base == "ground":
         found.append(
-            f"pile {pile.id} stands on the level of the whole ground: none was seen around it"
+            f"the base of pile {pile.id} is the scene's ground: no ground was seen around it"
         )
     # A height that was given may well lie off the ground.
     own = settings.base == "local" or pile.base == "height"

@@ -100,7 +100,7 @@ def read_regions(
     try:
         found = read_features(outline)
         if found.passed_over:
-            warn(f"{path}: {found.passed_over} features that are no areas were passed over")
+            warn(f"{path}: {found.passed_over} features that are no areas were ignored")
         scan_at = frame.origin_m / frame.metres
         placing = Placing.of(found.system, crs, scan_at, told.setdefault)
         regions = [
@@ -126,7 +126,7 @@ def _refuse_overlap(regions: list[Region]) -> None:
     found = first_overlap([region.rings for region in regions])
     if found is not None:
         one, other = (_what(i + 1, regions[i].name) for i in found)
-        raise DivespotError(f"{one} and {other} overlap: what both cover would count twice")
+        raise DivespotError(f"{one} and {other} overlap: outlines without overlap are needed")
 
 
 def _region(number: int, feature: Feature, placing: Placing, frame: Frame) -> Region:

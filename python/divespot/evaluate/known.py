@@ -83,7 +83,7 @@ def _rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
     except (DivespotError, OSError, UnicodeDecodeError, csv.Error) as error:
         raise DivespotError(f"{path}: the list of scans cannot be read ({error})") from None
     if not rows:
-        raise DivespotError(f"{path}: a header with path and volume_m3 and a row a pile are needed")
+        raise DivespotError(f"{path}: a header path,volume_m3 and one row per pile are needed")
     return rows
 
 

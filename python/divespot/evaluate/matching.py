@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 #: An object is called floor if a smaller share of its points comes from anything else.
 SOME = 0.2
-NAMES_OF_LABELS = {FLYING: "flying pixels", STRAY: "stray points"}
+NAMES_OF_LABELS = {FLYING: "flying pixels", STRAY: "outliers"}
 
 
 def match(taken: SimulatedScan, report: Report | None) -> tuple[list[PileOutcome], list[Extra]]:

@@ -112,7 +112,7 @@ def _intrinsics(attached: bytes, size: tuple[int, int]) -> Intrinsics | str:
         camera = next(one for one in cameras if one["Purpose"] == PURPOSE)
         return _of_mode(camera, size)
     except (ValueError, KeyError, TypeError, StopIteration, RecursionError, DivespotError):
-        return f"holds no calibration ({CALIBRATION}) that tells the intrinsics of its depth"
+        return f"holds no calibration ({CALIBRATION}) with the intrinsics of its depth"
 
 
 def _of_mode(camera: Mapping[str, Any], size: tuple[int, int]) -> Intrinsics:

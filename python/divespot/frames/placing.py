@@ -30,8 +30,8 @@ SHARED = 0.5
 #: Why a frame was left out, by the kernel's name for the reason.
 REASONS = {
     "empty": "it shows too little",
-    "overlap": "it shows too little of what was seen before",
-    "fit": "it fits nowhere on what was seen before",
+    "overlap": "it overlaps earlier frames too little",
+    "fit": "it does not fit earlier frames anywhere",
 }
 
 

@@ -192,7 +192,7 @@ def _nothing(folder: Path) -> str:
 def _no_frame(file: Path) -> str:
     """Return why a file is not a frame, and what is needed."""
     if file.suffix.lower() in (*CLOUDS, *OTHER_CLOUDS):
-        return f"is a cloud: a sequence is of {' or '.join(CLOUDS)} alone, a file each frame"
+        return f"is a cloud: a sequence needs {' or '.join(CLOUDS)} only, one file per frame"
     if is_recording(file):
         return "is a recording: it is needed by itself, by its own path"
     kinds = ", ".join((*IMAGES, *ARRAYS, *BAGS, *VIDEOS, *CLOUDS))

@@ -44,8 +44,8 @@ def apart(view: Views, placed: Placed) -> list[str]:
     )
     more = f" and {len(placed.apart) - NAMED} more" if len(placed.apart) > NAMED else ""
     said = (
-        f"{named}{more}: so little was seen before that it may lie elsewhere: an overlap of 70 % "
-        "or more is needed"
+        f"{named}{more}: overlaps earlier frames so little that its pose may be wrong: an overlap "
+        "of 70 % or more is needed"
     )
     return [said] if placed.apart else []
 

@@ -119,7 +119,7 @@ def numbered(row: Sequence[float]) -> Columns:
         order, at, other = "easting, northing", (1, 2, 3), "3,2,4"
     else:
         order, at, other = "northing, easting", (2, 1, 3), "2,3,4"
-    warning = f"its columns were read as point number, {order}, elevation: else, --columns {other}"
+    warning = f"its columns were read as point number, {order}, elevation: or --columns {other}"
     return Columns(at, warnings=(warning,))
 
 

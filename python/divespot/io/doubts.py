@@ -78,7 +78,7 @@ def doubts_of(xyz: NDArray[Any]) -> tuple[str, ...]:
         )
     elif max(extent[:2]) > WIDEST_M:
         told.append(
-            f"it is {max(extent[:2]):.4g} m wide if its unit is the metre: else, its unit is needed"
+            f"it is {max(extent[:2]):.4g} m wide if its unit is the metre: if not, a unit is needed"
         )
     return tuple(told)
 

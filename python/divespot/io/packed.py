@@ -74,7 +74,7 @@ def _unzipped(path: PurePath, data: bytes) -> tuple[PurePath, bytes]:
         if len(members) != 1:
             names = ", ".join(member.filename for member in members[:5]) or "none"
             raise DivespotError(
-                f"it holds {len(members)} files ({names}): one scan a ZIP is needed"
+                f"it holds {len(members)} files ({names}): one scan per ZIP is needed"
             )
         return PurePath(members[0].filename), read_member(archive, members[0])
 

@@ -41,7 +41,7 @@ def refuse_image(rows: int, columns: int) -> None:
     """Raise DivespotError if a table is as wide as only images are."""
     if rows == 3 and columns > _TABLE_COLUMNS:
         raise DivespotError(
-            f"it holds 3 rows of {columns} numbers: transposed, a row a point, is needed"
+            f"it holds 3 rows of {columns} numbers: one row per point (transposed) is needed"
         )
     if columns > _TABLE_COLUMNS or (columns >= _IMAGE_COLUMNS and rows < _TALL * columns):
         raise DivespotError(

@@ -103,7 +103,7 @@ def _find_layout(lines: list[str], wanted: Wanted) -> _Layout:
     if wanted.columns is not None:
         asked_for = ", ".join(wanted.columns)
         raise DivespotError(f"no row has numbers in the columns {asked_for} that were asked for")
-    raise DivespotError("no line has three numbers x y z: a point a line is needed")
+    raise DivespotError("no line has three numbers x y z: one point per line is needed")
 
 
 def _row_layout(
@@ -113,7 +113,9 @@ def _row_layout(
     delimiter = _delimiter(row)
     fields = _fields(row, delimiter)
     if len(fields) > _MAX_FIELDS:
-        raise DivespotError(f"line {start + 1} has {len(fields)} fields: a point a line is needed")
+        raise DivespotError(
+            f"line {start + 1} has {len(fields)} fields: one point per line is needed"
+        )
     if wanted.columns is not None:
         columns = asked(wanted.columns, header, len(fields))
         if columns is None or not _are_numbers(fields, columns.at, delimiter):

@@ -52,7 +52,7 @@ def read_url(url: str, wanted: Wanted) -> RawCloud:
 
     """
     if wanted.plan is None:
-        raise DivespotError("a crop is needed of a file on a server: x0,y0,z0,x1,y1,z1")
+        raise DivespotError("is a file on a server: a crop x0,y0,z0,x1,y1,z1 is needed")
     if wanted.columns is not None:
         raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
     remote = Remote(url)
@@ -71,7 +71,7 @@ def _points(remote: Remote, wanted: Wanted) -> RawCloud:
             raise DivespotError("is no COPC file: of other files on a server, a copy is needed")
         query = copc.Query.of(stream, remote.size, header, wanted.plan or (0.0,) * 4)
         if query is None:
-            raise DivespotError("none of it lies inside of the crop")
+            raise DivespotError("no point is inside the crop: a crop that meets it is needed")
         remote.fetch_all((at, at + size) for at, size, _ in query.nodes)
         for node in query.nodes:
             las.check_layers(remote.data, header, node)

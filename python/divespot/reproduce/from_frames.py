@@ -194,7 +194,7 @@ def _findings(rows: list[dict[str, Any]]) -> list[Finding]:
             f"{percent(mean['solved'])}, {percent(largest)}",
         ),
         Finding(
-            "what is solved for together is better than what is placed one by one",
+            "the joint solution is better than placing frames one by one",
             mean["solved"] < mean["placed"],
             f"{percent(mean['solved'])} against {percent(mean['placed'])}",
         ),

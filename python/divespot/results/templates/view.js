@@ -48,7 +48,7 @@
   toggle.addEventListener("click", () => {
     const on = toggle.getAttribute("aria-pressed") !== "true";
     press(toggle, on);
-    // Through a surface the base cannot be seen: only what it bounds is left.
+    // The surface hides the base, so it is made transparent while the base is shown.
     Plotly.restyle(view, { visible: on }, [1]);
     Plotly.restyle(view, { opacity: on ? 0.55 : 1 }, [0]);
   });
