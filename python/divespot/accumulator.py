@@ -106,6 +106,14 @@ class Accumulator:
         """Return the accumulator as bytes; the same voxels give the same bytes."""
         return self._raw.to_bytes()
 
+    def blocks(self) -> list[tuple[tuple[int, int, int], bytes]]:
+        """Return what cubes of 128 voxels hold: each its place from the origin, and its bytes.
+
+        `from_bytes` makes accumulators of these, which can be merged. Points that were dropped are
+        counted in none of them.
+        """
+        return self._raw.blocks()
+
     def __reduce__(self) -> tuple[Callable[[bytes], Accumulator], tuple[bytes]]:
         return Accumulator.from_bytes, (self.to_bytes(),)
 

@@ -107,8 +107,8 @@ def compare(
         def held_against(earlier: Heights) -> Report:
             np.save(path, earlier)
             run = Progress(_named(on_stage, "change"))
-            found = measure_cloud(clouds[1].copied(), s.changed(base=f"surface={path}"), run)
-            # The temporary file is deleted soon.
+            found = measure_cloud(clouds[1].altered(), s.changed(base=f"surface={path}"), run)
+            # The file is gone soon.
             return dataclasses.replace(found, settings=found.settings.changed(base=s.base))
 
         difference = held_against(points)
@@ -136,7 +136,7 @@ def _in_scan(cloud: Cloud, source: Source) -> Heights:
 def _alone(cloud: Cloud, settings: Settings, run: Progress) -> Report | None:
     """Return the report of one scan; None if it shows no ground for piles."""
     try:
-        return measure_cloud(cloud.copied(), settings, run)
+        return measure_cloud(cloud.altered(), settings, run)
     except NoFloorError:
         return None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from divespot import _native
     from divespot.directions import Position
     from divespot.frame import Frame
-    from divespot.gaps import Gaps
     from divespot.ground_level import GroundLevel
     from divespot.intake import Cloud
     from divespot.io.scan import Registration
@@ -44,33 +43,44 @@ def ground_in_scan(pose: Pose, ground: GroundLevel, cloud: Cloud, points: int) -
     return Ground(normal, offset, pose.tilt_deg, ground.noise_m, share, pose.up_from)
 
 
+@dataclass(frozen=True, eq=False)
+class Described:
+    """An object as the report has it, and its outline as pictures have it."""
+
+    pile: Pile
+    outline: Outline
+
+
 def describe(
     measured: Measured,
     frame: Frame,
     rounding: Rounding,
     settings: Settings,
     registration: Registration | None = None,
-) -> tuple[tuple[Pile, ...], tuple[Pile, ...]]:
-    """Return piles and other objects, each largest first, placed in the scan's own frame."""
-    found = _largest_first(measured.objects)
-    described = [_pile(item, measured, frame, rounding, settings, registration) for item in found]
-    piles = [item for item in described if item.reason is None]
-    others = [item for item in described if item.reason is not None]
-    return _numbered(piles), _numbered(others)
+) -> list[Described]:
+    """Return all objects, placed in the scan's own frame, and their outlines in the level frame."""
+    return [
+        Described(
+            _pile(item, measured, frame, rounding, settings, registration), _outline(item, frame)
+        )
+        for item in measured.objects
+    ]
 
 
-def outlines(measured: Measured, gaps: Gaps) -> tuple[Outline, ...]:
-    """Return the outlines in the level frame, in the order of `describe`."""
-
-    def corners(item: _native.RawObject) -> tuple[Position, ...]:
-        return tuple((x, y, z) for x, y, z in gaps.opened(np.array(item.outline_m)).tolist())
-
-    found = _largest_first(measured.objects)
-    return tuple(Outline(corners(item) if item.outline_m else (), item.reason) for item in found)
+def _outline(item: _native.RawObject, frame: Frame) -> Outline:
+    line = np.array(item.outline_m).reshape(-1, 3)
+    corners = ((x, y, z) for x, y, z in frame.gaps.opened(line).tolist())
+    return Outline(tuple(corners), item.reason)
 
 
-def _largest_first(objects: list[_native.RawObject]) -> list[_native.RawObject]:
-    return sorted(objects, key=lambda o: o.fill_m3 - o.cut_m3)
+def reported(
+    found: list[Described],
+) -> tuple[tuple[Pile, ...], tuple[Pile, ...], tuple[Outline, ...]]:
+    """Return piles, other objects and the outlines of both, each largest first."""
+    found = sorted(found, key=lambda item: item.pile.fill_m3 - item.pile.cut_m3)
+    piles = [item.pile for item in found if item.pile.reason is None]
+    others = [item.pile for item in found if item.pile.reason is not None]
+    return _numbered(piles), _numbered(others), tuple(item.outline for item in found)
 
 
 def _numbered(items: list[Pile]) -> tuple[Pile, ...]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from divespot import _native
 from divespot._arguments import as_floats
@@ -23,10 +25,10 @@ from divespot.too_large import is_too_large
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from divespot.directions import Position
-    from divespot.io.scan import Registration
+    from divespot.io.scan import Registration, Streamed
     from divespot.settings import Settings
 
 #: Fewest points of a scan.
@@ -58,6 +60,9 @@ Scannable: TypeAlias = (
     "Scan | str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | ArrayLike "
     "| LegacyCloud | TensorCloud"
 )
+
+#: What returns other points.
+Alter: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -100,12 +105,12 @@ class Source:
 class Cloud:
     """Finite points in metres relative to `origin_m`, and where they came from.
 
-    z is up in a `projected` system. `sensor_m` is the sensor's position in the scan's frame, in
-    metres, if known. `quantum_m` are the steps to which x, y and z were rounded in the file, such
-    as those of float32 in UTM; 0 if none is seen. Each coordinate has the standard uncertainty
-    step / sqrt(12). `scale` is the number of metres of the scan's x and y per metre of the cloud's.
-    `registration` is the uncertainty of the registration if the cloud was fused from frames.
-    `is_cropped` means that points were cropped while they were read.
+    z is up in a `projected` system. `sensor_m` is where the sensor stood, in the scan's frame and
+    in metres, where that is known. `quantum_m` are the steps to which x, y and z were rounded
+    before they came here, as those of float32 in UTM; 0 where none is seen: each coordinate has
+    the standard uncertainty step / sqrt(12). `scale` are metres of the scan's x and y to a metre
+    of the cloud's. `registration` says how well frames fit that it was fused from.
+    What was `streamed` was cropped while it was read; `alter` is done to what is loaded of it.
     """
 
     points: NDArray[np.float64]
@@ -117,11 +122,12 @@ class Cloud:
     quantum_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     scale: float = 1.0
     registration: Registration | None = None
-    is_cropped: bool = False
+    streamed: Streamed | None = None
+    alter: Alter = np.copy
 
-    def copied(self) -> Cloud:
-        """Return the cloud with a copy of its points, for functions that modify them."""
-        return replace(self, points=self.points.copy())
+    def altered(self, alter: Alter = np.copy) -> Cloud:
+        """Return a cloud with other points, by default a copy, for what uses them up."""
+        return replace(self, points=alter(self.points), alter=alter)
 
     def without_points(self) -> Cloud:
         """Return the cloud without its points, so that their memory can be freed."""
@@ -176,7 +182,7 @@ def cloud_of(scan: Scan, settings: Settings) -> Cloud:
         scan.quantum_m,
         scale,
         scan.registration,
-        is_cropped=scan.streamed is not None,
+        streamed=scan.streamed,
     )
 
 
@@ -253,7 +259,7 @@ def crop(cloud: Cloud, settings: Settings) -> Cloud:
         Too few points are inside.
 
     """
-    if settings.crop is None or cloud.is_cropped:
+    if settings.crop is None or cloud.streamed is not None:
         return cloud
     corners = np.array(settings.crop).reshape(2, 3) * UNITS[cloud.source.unit] - cloud.origin_m
     corners[:, :2] /= cloud.scale

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot.accumulator import Accumulator
+from divespot.blocks import Blocks
 from divespot.errors import DivespotError
 from divespot.io.las_stretches import records_of
 from divespot.io.wanted import NOISE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
+    from divespot.blocks import At
     from divespot.io.las_stretches import Layout, Stretch
     from divespot.io.scan import Scan
     from divespot.io.wanted import Wanted
@@ -26,26 +28,38 @@ if TYPE_CHECKING:
 #: Most voxels held: 45 bytes each, and 120 bytes each while they are measured.
 MOST_VOXELS = 2**22
 
+#: Records whose points are added up in fine voxels at once: no more than are held.
+AT_ONCE = 2**20
+
 
 @dataclass(frozen=True)
 class Pass:
     """The data needed to read a part of a survey: filters, and the voxels to add to.
 
-    `metres` is the number of metres per unit of the files along x, y and z; `within` holds the
-    corners of a crop. With `skip_damaged`, unreadable stretches are left out and counted.
+    `voxel_m` is the edge of the voxels that the whole survey is held in, `fine_m` that of those it
+    is measured in part by part; None where it is not. `metres` are those to the files' unit along
+    x, y and z, `within` the corners of a crop. With `skip_damaged`, stretches that cannot be read
+    are left out, and counted.
     """
 
     origin_m: tuple[float, float, float]
     voxel_m: float
+    fine_m: float | None
     metres: tuple[float, float, float]
     wanted: Wanted
     within: Corners | None
     skip_damaged: bool = False
 
     def nothing(self) -> Part:
-        """Return the part of no stretch."""
-        voxels = Accumulator(self.voxel_m, origin_m=self.origin_m, most=MOST_VOXELS)
-        return Part(voxels)
+        """Return what no stretch gives."""
+        return Part(self._voxels(self.voxel_m))
+
+    def blocks(self) -> Blocks | None:
+        """Return where fine voxels are kept, if they are."""
+        return None if self.fine_m is None else Blocks(self._voxels(self.fine_m), self.origin_m)
+
+    def _voxels(self, edge_m: float) -> Accumulator:
+        return Accumulator(edge_m, origin_m=self.origin_m, most=MOST_VOXELS)
 
     def records_of(self, stretch: Stretch, part: Part) -> NDArray[np.uint8] | None:
         """Read a stretch; None if it is damaged and `skip_damaged` is set.
@@ -66,9 +80,23 @@ class Pass:
 
     def take(self, records: NDArray[np.uint8], layout: Layout, part: Part) -> None:
         """Add records to a part."""
+        part.take(*self._add(records, layout, part.voxels))
+
+    def fine(self, records: NDArray[np.uint8], layout: Layout) -> Iterator[tuple[At, bytes]]:
+        """Yield what records add up to in fine voxels, block by block; nothing without any."""
+        if self.fine_m is None:
+            return
+        step = AT_ONCE * layout.size
+        for begin in range(0, len(records), step):
+            voxels = self._voxels(self.fine_m)
+            self._add(records[begin : begin + step], layout, voxels)
+            yield from voxels.blocks()
+
+    def _add(
+        self, records: NDArray[np.uint8], layout: Layout, voxels: Accumulator
+    ) -> tuple[list[int], list[int]]:
         raw = (layout.size, layout.is_extended, layout.scales, layout.offsets, self.metres)
-        wanted = (self.classes, self.wanted.returns, self.within)
-        part.take(*part.voxels.add_records(records, raw, wanted))
+        return voxels.add_records(records, raw, (self.classes, self.wanted.returns, self.within))
 
     @property
     def classes(self) -> bytes:

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from divespot.bases import find_bases, unknown, whole_base
-from divespot.describe import describe, doubts, ground_in_scan, outlines
+from divespot.cleaning import cleaned
+from divespot.describe import describe, doubts, ground_in_scan, reported
 from divespot.differences import is_held_against, measure_differences, unsure
 from divespot.doors import Report
 from divespot.earlier import common_pose, map_earlier, read_earlier
-from divespot.filters import radius_filter, scene_cluster, voxels
 from divespot.frame import Frame
 from divespot.gaps import close_gaps
 from divespot.ground_level import find_ground
@@ -28,9 +28,8 @@ from divespot.repeated import measure_again
 from divespot.report import Total
 from divespot.rounding import Rounding
 from divespot.settings import as_settings
-from divespot.strays import drop_strays
 from divespot.surface import find_surface, map_heights
-from divespot.thinning import even_out, take_survey
+from divespot.tiled import Overview, blocks_of, for_overview, measure_windows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -100,15 +99,12 @@ def measure(
 
 
 def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
-    """Measure every pile in a scan that was read; its points are overwritten."""
+    """Measure every pile in a scan that was read, and whose points are used up."""
+    blocks = blocks_of(cloud, s)
+    asked, s = s, for_overview(s) if blocks else s
     cloud = run("crop", crop, cloud, s)
-    scan, resolved = run("survey", take_survey, cloud.points, cloud.quantum_m, s)
-    points, scan, s = run("thinning", even_out, cloud, scan, resolved, s)
+    points, scan, s = cleaned(cloud, s, run)
     cloud = cloud.without_points()
-    points = run("radius filter", radius_filter, points, scan, s)
-    points = run("scene cluster", scene_cluster, points, s, run.warn)
-    points = run("voxels", voxels, points, s)
-    points, scan, s = run("strays", drop_strays, points, scan, cloud, s)
     before = run("earlier scan", read_earlier, cloud, s)
     pose = run("pose", common_pose, points, scan, before, cloud, s)
     points = run("rotation", pose.laid_level, points, s.threads)
@@ -120,18 +116,23 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
     closed = replace(frame, gaps=gaps)
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
+    is_held = not s.is_outlined and is_held_against(grid, ground, s)
     if s.is_outlined:
         regions = run("outline", find_regions, s, frame, cloud.source.crs, run.warn)
         measured = run("volume", measure_regions, surface, grid, regions, bases, s)
-    elif is_held_against(grid, ground, s):
+    elif is_held:
         measured = run("volume", measure_differences, surface, grid, earlier, bases, s)
     else:
         labels = run("fine filter", find_objects, grid, ground, s, run.warn)
         measured = run("volume", measure_objects, surface, grid, labels, bases, s)
         measured = run("holes", with_holes, measured, grid, bases, s)
-    rounding = Rounding.of(cloud, pose, scan)
-    piles, others = describe(measured, closed, rounding, s, cloud.registration)
     base_m = whole_base(grid, bases, measured.base_m, s)
+    found = describe(measured, closed, Rounding.of(cloud, pose, scan), s, cloud.registration)
+    if blocks and not is_held:
+        places_m = gaps.opened(surface.points)
+        whole = Overview(cloud, blocks, places_m, frame, bases, measured.regions, asked, s)
+        found, s = run("windows", measure_windows, whole, found, run)
+    piles, others, drawn = reported(found)
     return Report(
         source=cloud.source,
         piles=piles,
@@ -148,7 +149,5 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
             *unsure(measured, earlier),
             *doubts(piles, others, pose, len(points), s),
         ),
-        scene=Level(
-            grid, base_m, ground.height_m, outlines(measured, gaps), frame, gaps, measured.spread
-        ),
+        scene=Level(grid, base_m, ground.height_m, drawn, frame, gaps, measured.spread),
     )

@@ -24,13 +24,17 @@ class Progress:
 
     def __call__(self, name: str, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run one stage."""
-        if self._on_stage is not None:
-            self._on_stage(name)
+        self.tell(name)
         start = time.perf_counter()
         result = stage(*args, **kwargs)
         self.timings_s[name] = time.perf_counter() - start
         log("INFO", f"{name}: {1e3 * self.timings_s[name]:.1f} ms")
         return result
+
+    def tell(self, name: str) -> None:
+        """Tell how far a measurement is."""
+        if self._on_stage is not None:
+            self._on_stage(name)
 
     def warn(self, text: str) -> None:
         """Keep a warning for the report."""

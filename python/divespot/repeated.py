@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from divespot.doors import Report
-    from divespot.intake import Cloud
+    from divespot.intake import Alter, Cloud
     from divespot.report import Pile
     from divespot.settings import Settings
 
@@ -32,11 +32,11 @@ LEFT_OUT = 0.01
 
 
 def measure_again(measure: Measure, cloud: Cloud, settings: Settings, run: Progress) -> Report:
-    """Measure a scan and variants of it, and add how much each volume changes."""
-    report = measure(cloud.copied(), settings, run)
+    """Measure a scan, and again a little otherwise, and tell how much each volume changes."""
+    report = measure(cloud.altered(), settings, run)
     changes: dict[int, dict[str, float]] = {pile.id: {} for pile in report.piles}
-    for what, other, chosen in _variants(cloud, settings):
-        found = run(what, _piles, measure, other, chosen)
+    for what, alter, chosen in _variants(cloud, settings):
+        found = run(what, _piles, measure, cloud.altered(alter), chosen)
         for pile in report.piles:
             changes[pile.id][what] = abs(_volume_m3(pile, found) - pile.volume_m3)
     piles = tuple(replace(p, repeat_m3=max(changes[p.id].values())) for p in report.piles)
@@ -44,19 +44,18 @@ def measure_again(measure: Measure, cloud: Cloud, settings: Settings, run: Progr
     return replace(report, piles=piles, warnings=(*report.warnings, *told))
 
 
-def _variants(cloud: Cloud, settings: Settings) -> Iterator[tuple[str, Cloud, Settings]]:
-    """Yield irrelevant changes of a scan: a name, and the changed scan and settings."""
+def _variants(cloud: Cloud, settings: Settings) -> Iterator[tuple[str, Alter, Settings]]:
+    """Yield what is done to a scan that should mean nothing, how, and the settings after it."""
     points = cloud.points
     rng = np.random.default_rng(settings.seed)
     step_m = ROUNDED * survey(points, seed=settings.seed, threads=settings.threads).roughness_m
-    yield "another seed", cloud.copied(), settings.changed(seed=settings.seed ^ 1)
+    yield "another seed", np.copy, settings.changed(seed=settings.seed ^ 1)
     if step_m > 0.0:
-        rounded = np.round(points / step_m) * step_m
-        yield f"coordinates rounded to {step_m:.1g} m", replace(cloud, points=rounded), settings
-    fewer = points[rng.random(len(points)) >= LEFT_OUT]
-    yield f"{LEFT_OUT:.0%} fewer points", replace(cloud, points=fewer), settings
-    twice = np.concatenate([points, points])
-    yield "every point twice", replace(cloud, points=twice), settings
+        what = f"coordinates rounded to {step_m:.1g} m"
+        yield what, lambda points: np.round(points / step_m) * step_m, settings
+    fewer = f"{LEFT_OUT:.0%} fewer points"
+    yield fewer, lambda points: points[rng.random(len(points)) >= LEFT_OUT], settings
+    yield "every point twice", lambda points: np.concatenate([points, points]), settings
 
 
 def _piles(measure: Measure, cloud: Cloud, settings: Settings) -> tuple[Pile, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from divespot.accumulator import Held
+    from divespot.blocks import Blocks
     from divespot.io.las_stretches import Stretch
     from divespot.io.scan import Scan
     from divespot.one_pass import Corners, Part
@@ -39,7 +41,10 @@ if TYPE_CHECKING:
 #: them takes seconds, a fraction of the time to decode the smallest scans that are streamed.
 AIMED_VOXELS = 2**20
 
-#: Number of stretches of a survey that give the spacing, and number of points of each.
+#: Distance between points, times the root of their density, on a surface that they are strewn over.
+RANDOM = 1.1
+
+#: Stretches of a survey from which the spacing follows, and points that are surveyed of each.
 STRETCHES = 40
 
 
@@ -53,7 +58,8 @@ def streamed(source: Any, settings: Settings) -> Scan:  # noqa: ANN401 - as abov
 
     """
     plan = planned(paths_of(source), settings)
-    return scan_of(plan, read(plan, settings.threads))
+    blocks = plan.way.blocks()
+    return scan_of(plan, read(plan, settings.threads, blocks), blocks)
 
 
 def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = False) -> Plan:
@@ -78,9 +84,12 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
     within = _corners(settings, UNITS[sample.unit])
     wanted = Wanted.of(None, settings.classes, settings.returns)
     points = sum(stretch.count for stretch in parts)
-    origin_m, voxel_m = _voxels(sample.points, within, points, settings)
+    origin_m, spacing_m, voxel_m = _voxels(sample.points, within, points, settings)
     metres = looks[0].whole.metres if looks[0].whole else (1.0, 1.0, 1.0)
-    way = Pass(origin_m, voxel_m, metres, wanted, within, skip_damaged=skip_damaged)
+    # An earlier scan is held whole, and held against the whole of this one.
+    is_fine = voxel_m > spacing_m and not settings.base.startswith("surface=")
+    fine_m = spacing_m if is_fine else None
+    way = Pass(origin_m, voxel_m, fine_m, metres, wanted, within, skip_damaged=skip_damaged)
     return Plan(tuple(parts), way, sample, tuple(left_out))
 
 
@@ -115,10 +124,10 @@ def _voxels(
     within: Corners | None,
     points: int,
     settings: Settings,
-) -> tuple[tuple[float, float, float], float]:
-    """Return a corner of a voxel, and the initial edge.
+) -> tuple[tuple[float, float, float], float, float]:
+    """Return a corner of a voxel, the distance between points, and the edge that is begun with.
 
-    The edge is the point spacing, or longer if that would give more voxels than are aimed at.
+    It is that distance; larger where that is more voxels than are aimed at.
     """
     seen = sample[np.isfinite(sample).all(axis=1)]
     share = 1.0
@@ -127,14 +136,18 @@ def _voxels(
         if inside.sum() > STRETCHES:
             share, seen = inside.mean(), seen[inside]
     spacing_m = survey(seen, seed=settings.seed, threads=settings.threads).spacing_m
-    width_m, depth_m, _ = np.ptp(seen, axis=0).tolist()
+    _, depth_m, width_m = np.sort(np.ptp(seen, axis=0)).tolist()
+    # Of points in no order, a sample is sparser than all.
+    spacing_m = min(spacing_m, RANDOM * math.sqrt(width_m * depth_m / (share * points)))
     area_m2 = min(share * points * spacing_m**2, width_m * depth_m)
     edge_m = max(spacing_m, float(np.sqrt(area_m2 / AIMED_VOXELS)))
-    return _triple(seen.min(axis=0)), edge_m
+    return _triple(seen.min(axis=0)), spacing_m, edge_m
 
 
-def read(plan: Plan, threads: int) -> Part:
-    """Read all stretches on this machine; reading, decoding and adding run concurrently.
+def read(plan: Plan, threads: int, blocks: Blocks | None = None) -> Part:
+    """Read all stretches on this machine; decoding, reading and adding overlap.
+
+    Fine voxels are kept in `blocks`.
 
     Raises
     ------
@@ -144,7 +157,7 @@ def read(plan: Plan, threads: int) -> Part:
     """
     part, adding = plan.way.nothing(), Lock()
     with ThreadPoolExecutor(threads or cores()) as pool:
-        each = partial(_read_one, plan.way, part, adding)
+        each = partial(_read_one, plan.way, part, blocks, adding)
         try:
             for _ in pool.map(each, plan.stretches):
                 pass
@@ -154,15 +167,18 @@ def read(plan: Plan, threads: int) -> Part:
     return part
 
 
-def _read_one(way: Pass, part: Part, adding: Lock, stretch: Stretch) -> None:
+def _read_one(way: Pass, part: Part, blocks: Blocks | None, adding: Lock, stretch: Stretch) -> None:
     records = way.records_of(stretch, part)
-    if records is not None:
-        with adding:
-            way.take(records, stretch.layout, part)
+    if records is None:
+        return
+    with adding:
+        way.take(records, stretch.layout, part)
+    if blocks is not None:
+        blocks.put(list(way.fine(records, stretch.layout)))
 
 
-def scan_of(plan: Plan, part: Part) -> Scan:
-    """Return the sums of a survey as a scan.
+def scan_of(plan: Plan, part: Part, blocks: Blocks | None = None) -> Scan:
+    """Return what a survey adds up to as a scan.
 
     Raises
     ------
@@ -190,7 +206,7 @@ def scan_of(plan: Plan, part: Part) -> Scan:
         points=means,
         warnings=(*plan.sample.warnings, *plan.left_out, *part.lost(), *told, *no_data, passed),
         whole=None,
-        streamed=Streamed(kept, nonfinite, zero, voxel_m),
+        streamed=Streamed(kept, nonfinite, zero, voxel_m, blocks),
     )
 
 

@@ -34,14 +34,15 @@ class Whole:
 class Streamed:
     """How a scan was read in one pass, keeping only voxels.
 
-    `points` were wanted, of which `nonfinite` and `zero` were unusable; `voxel_m` is the edge of
-    the voxels whose means are the scan's points.
+    `points` were wanted, of which `nonfinite` and `zero` were of no use; `voxel_m` is the edge of
+    the voxels whose means the scan's points are. `blocks` keep finer ones.
     """
 
     points: int
     nonfinite: int
     zero: int
     voxel_m: float
+    blocks: Any = None
 
 
 @dataclass(frozen=True, eq=False)

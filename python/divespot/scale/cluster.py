@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import replace
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from divespot import pipeline
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from divespot._typed import Changes
+    from divespot.blocks import At, Blocks
     from divespot.doors import Report
     from divespot.io import Scan
     from divespot.io.las_stretches import Stretch
@@ -127,13 +129,18 @@ def _read(
     on_stage: Callable[[str], None] | None,
 ) -> Scan:
     plan = planned(paths, settings, skip_damaged=skip_damaged)
+    blocks = plan.way.blocks()
     groups = _tasks(plan.stretches, sum(client.ncores().values()))
-    tasks = [client.submit(_add_up, plan.way, group, pure=False) for group in groups]
-    _tell(client, tasks, on_stage)
+    both = [client.submit(_add_up, plan.way, group, pure=False) for group in groups]
+    tasks, fine = (
+        [client.submit(itemgetter(which), pair, pure=False) for pair in both] for which in (0, 1)
+    )
+    del both
+    _keep(client, fine, blocks, on_stage)
     while len(tasks) > 1:
         together = [tasks[first : first + MERGED] for first in range(0, len(tasks), MERGED)]
         tasks = [client.submit(_merge_up, some, pure=False) for some in together]
-    return scan_of(plan, tasks[0].result())
+    return scan_of(plan, tasks[0].result(), blocks)
 
 
 def _tasks(stretches: Sequence[Stretch], workers: int) -> list[list[Stretch]]:
@@ -151,27 +158,33 @@ def _tasks(stretches: Sequence[Stretch], workers: int) -> list[list[Stretch]]:
     return tasks
 
 
-def _tell(
+def _keep(
     client: Any,  # noqa: ANN401 - as above
-    tasks: Sequence[Any],
+    tasks: list[Any],
+    blocks: Blocks | None,
     on_stage: Callable[[str], None] | None,
 ) -> None:
-    """Report how many tasks are done; raise the error of a failed one at once."""
-    for done, task in enumerate(_distributed().as_completed(tasks, loop=client.loop), 1):
-        if task.status == "error":
-            task.result()
+    """Keep the fine voxels of each task, and tell how many are done; why, if one failed."""
+    count = len(tasks)
+    waiting = _distributed().as_completed(tasks, loop=client.loop)
+    tasks.clear()  # what was kept here, the workers may forget
+    for done, task in enumerate(waiting, 1):
+        pieces = task.result()
+        if blocks is not None:
+            blocks.put(pieces)
         if on_stage is not None:
-            on_stage(f"read, {done} of {len(tasks)} parts")
+            on_stage(f"read, {done} of {count} parts")
 
 
-def _add_up(way: Pass, stretches: Sequence[Stretch]) -> Part:
-    """Add up some stretches: the work of one task."""
-    part = way.nothing()
+def _add_up(way: Pass, stretches: Sequence[Stretch]) -> tuple[Part, list[tuple[At, bytes]]]:
+    """Add some stretches up, in coarse voxels and in fine ones: the work of one task."""
+    part, pieces = way.nothing(), list[tuple["At", bytes]]()
     for stretch in stretches:
         records = way.records_of(stretch, part)
         if records is not None:
             way.take(records, stretch.layout, part)
-    return part
+            pieces += way.fine(records, stretch.layout)
+    return part, pieces
 
 
 def _merge_up(parts: Sequence[Part]) -> Part:

@@ -38,6 +38,9 @@ fn wanted_from((classes, returns, within): WantedParts) -> Wanted {
     Wanted { classes: classes.map(class), returns, within }
 }
 
+/// Where a block lies, and what it holds.
+type Block<'py> = ((i32, i32, i32), Bound<'py, PyBytes>);
+
 #[pyclass]
 pub(crate) struct RawAccumulator(Accumulator);
 
@@ -87,6 +90,11 @@ impl RawAccumulator {
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = detached(py, || self.0.to_bytes())?;
         Ok(PyBytes::new(py, &bytes))
+    }
+
+    fn blocks<'py>(&self, py: Python<'py>) -> PyResult<Vec<Block<'py>>> {
+        let blocks = detached(py, || self.0.blocks())?;
+        Ok(blocks.into_iter().map(|(at, bytes)| (at.into(), PyBytes::new(py, &bytes))).collect())
     }
 
     fn held<'py>(&self, py: Python<'py>, joined: bool) -> PyResult<HeldParts<'py>> {

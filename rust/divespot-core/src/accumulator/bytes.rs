@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use super::accumulate::{Accumulator, HIGHEST};
 use super::lattice::Lattice;
 use super::sums::Sums;
-use super::tiles::{At, Tiles};
+use super::tiles::{At, Tile, Tiles};
 
 /// First bytes of every accumulator; the last one is the version.
 const MAGIC: [u8; 8] = *b"dvspacc\x01";
@@ -25,8 +25,23 @@ impl Accumulator {
     /// The accumulator as bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let tiles = self.tiles.sorted();
-        let size = HEADER_BYTES + TILE_BYTES * tiles.len() + VOXEL_BYTES * self.tiles.occupied;
+        self.bytes_of(&self.tiles.sorted(), self.dropped)
+    }
+
+    /// What it holds in cubes of 128 voxels, each with its place from the origin and as the bytes of
+    /// an accumulator: to keep what would not fit in memory, and to merge a part of it. Points that
+    /// were dropped are in none of them.
+    #[must_use]
+    pub fn blocks(&self) -> Vec<([i32; 3], Vec<u8>)> {
+        let mut tiles = self.tiles.sorted();
+        tiles.sort_by_key(|tile| tile.at.block());
+        let blocks = tiles.chunk_by(|a, b| a.at.block() == b.at.block());
+        blocks.map(|some| (some[0].at.block(), self.bytes_of(some, [0; 2]))).collect()
+    }
+
+    fn bytes_of(&self, tiles: &[&Tile], dropped: [u64; 2]) -> Vec<u8> {
+        let occupied: usize = tiles.iter().map(|tile| tile.len()).sum();
+        let size = HEADER_BYTES + TILE_BYTES * tiles.len() + VOXEL_BYTES * occupied;
         let mut bytes = Vec::with_capacity(size);
         bytes.extend(MAGIC);
         for number in self.lattice.origin.into_iter().chain([self.lattice.edge_m]) {
@@ -34,9 +49,8 @@ impl Accumulator {
         }
         bytes.extend(self.level.to_le_bytes());
         bytes.extend((tiles.len() as u32).to_le_bytes());
-        let counts = [self.most as u64, self.dropped[0], self.dropped[1]];
+        let counts = [self.most as u64, dropped[0], dropped[1], occupied as u64];
         counts.into_iter().for_each(|count| bytes.extend(count.to_le_bytes()));
-        bytes.extend((self.tiles.occupied as u64).to_le_bytes());
         for tile in tiles {
             tile.at.0.into_iter().for_each(|at| bytes.extend(at.to_le_bytes()));
             bytes.extend((tile.len() as u32).to_le_bytes());

@@ -103,6 +103,23 @@ proptest! {
 }
 
 #[test]
+fn blocks_hold_what_lies_in_them_and_add_up_to_the_whole() {
+    let points: Vec<Point> =
+        cloud(5000, [4.0, 3.0, 1.0]).iter().map(|p| p.map(|v| v - 1.5)).collect();
+    let whole = of(&points, 0.01, 10_000);
+    let blocks = whole.blocks();
+    assert_eq!(blocks.len(), 4 * 4 * 2);
+    let mut all = whole.empty();
+    for (at, bytes) in blocks.iter().rev() {
+        let block = Accumulator::from_bytes(bytes).unwrap();
+        let inside = |p: &Point| (0..3).all(|k| (p[k] / 1.28).floor() as i32 == at[k]);
+        assert!(block.held().means.iter().all(inside));
+        all.merge(&block).unwrap();
+    }
+    assert_eq!(all, whole);
+}
+
+#[test]
 fn bytes_that_promise_more_than_they_hold_are_refused() {
     let bytes = of(&cloud(200, [1.0; 3]), 0.3, 100).to_bytes();
     assert!(Accumulator::from_bytes(&bytes).is_ok());

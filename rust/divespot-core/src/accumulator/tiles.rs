@@ -11,7 +11,11 @@ use super::sums::{NOTHING, Sums};
 const EDGE_BITS: u32 = 3;
 /// Voxels in a tile.
 const VOXELS: usize = 1 << (3 * EDGE_BITS);
-/// Marks an empty voxel.
+/// A block is a cube of 2⁴ tiles an edge.
+const BLOCK_BITS: u32 = 4;
+/// Tiles along an axis below the origin.
+const BELOW: u32 = 1 << 31;
+/// No sums yet.
 const NONE: u16 = u16::MAX;
 
 /// The place of a tile among all tiles.
@@ -24,6 +28,11 @@ impl At {
         let axis = |k: u32| u64::from(number) >> (k * EDGE_BITS) & ((1 << EDGE_BITS) - 1);
         let [x, y, z] = self.0.map(|at| u64::from(at) << EDGE_BITS);
         [x + axis(0), y + axis(1), z + axis(2)]
+    }
+
+    /// Where the block of the tile there lies from the origin.
+    pub(super) fn block(self) -> [i32; 3] {
+        self.0.map(|at| at.wrapping_sub(BELOW).cast_signed() >> BLOCK_BITS)
     }
 }
 

@@ -1,0 +1,245 @@
+"""Surveys too large to be held, measured window by window on voxels as fine as their points.
+
+The whole survey, in coarse voxels, tells which way is up and where large objects are. Then every
+part of it is measured as a scan of its own, from the fine voxels of a window: tiles that overlap,
+and a window for each object that is too large for them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from divespot.cleaning import cleaned
+from divespot.describe import Described, describe
+from divespot.errors import DivespotError
+from divespot.ground_level import find_ground
+from divespot.holes import with_holes
+from divespot.objects import Measured, find_objects, measure_objects, measure_regions
+from divespot.progress import Progress
+from divespot.rounding import Rounding
+from divespot.selection import rows_of
+from divespot.settings import given
+from divespot.sightings import Sighting, every_one_once, is_among
+from divespot.surface import find_surface, map_heights
+from divespot.windows import AROUND, Window, around, box_of, grown, joined, longer_m, overlap, tiles
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from divespot.bases import Bases
+    from divespot.blocks import Blocks
+    from divespot.frame import Frame
+    from divespot.intake import Cloud
+    from divespot.outline_file import Region
+    from divespot.settings import Settings
+
+#: Times that a window is opened wider around an object that runs out of it: each time three times
+#: as wide, or more.
+WIDER = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Overview:
+    """What the whole of a survey shows, and what its windows are measured with.
+
+    Attributes
+    ----------
+    cloud
+        The survey, with its fine voxels.
+    blocks
+        These.
+    places_m
+        Shape ``(n, 3)``: the coarse voxels, in the level frame.
+    frame
+        The way from the level frame to the scan, without gaps.
+    bases
+        What piles stand on, but for the ground around them.
+    regions
+        Outlines to measure inside of, if there are any.
+    asked
+        What was asked for.
+    settings
+        The settings in force over the whole.
+
+    """
+
+    cloud: Cloud
+    blocks: Blocks
+    places_m: NDArray[np.float64]
+    frame: Frame
+    bases: Bases
+    regions: tuple[Region, ...]
+    asked: Settings
+    settings: Settings
+
+    @cached_property
+    def _block_boxes_m(self) -> NDArray[np.float64]:
+        """Lowest and highest corner of each block in plan, shape ``(n, 4)``."""
+        corners_m = self.blocks.corners_m(self.blocks.places())
+        level_m = self._level(corners_m.reshape(-1, 3)).reshape(corners_m.shape)[..., :2]
+        return np.hstack([level_m.min(axis=1), level_m.max(axis=1)])
+
+    def _level(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self.frame.to_level(points_m / self.frame.metres)
+
+    def cloud_of(self, window: Window) -> tuple[Cloud, float]:
+        """Return the points of a window, and the edge of the voxels that they are the means of."""
+        x0, y0, x1, y1 = window.box_m
+        boxes = self._block_boxes_m.T
+        near = (boxes[0] <= x1) & (boxes[1] <= y1) & (boxes[2] >= x0) & (boxes[3] >= y0)
+        places = self.blocks.places()
+        voxels = self.blocks.load(places[row] for row in np.flatnonzero(near).tolist())
+        points = voxels.surfaces().means
+        level = self._level(points)
+        # Far below or above lies what means no data.
+        low_m, high_m = self.places_m[:, 2].min(), self.places_m[:, 2].max()
+        room_m = high_m - low_m + self.blocks.voxel_m
+        low, high = (x0, y0, low_m - room_m), (x1, y1, high_m + room_m)
+        inside = np.asarray(((level >= low) & (level <= high)).all(axis=1))
+        scale = (self.cloud.scale, self.cloud.scale, 1.0)
+        points = (rows_of(points, inside) - self.cloud.origin_m) / scale
+        return replace(self.cloud, points=self.cloud.alter(points)), voxels.voxel_m
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What windows show: objects that they hold, and those that run out of them."""
+
+    whole: list[Sighting]
+    cut: list[Sighting]
+    settings: Settings
+    points: int
+    voxel_m: float
+
+
+def blocks_of(cloud: Cloud, settings: Settings) -> Blocks | None:
+    """Return the fine voxels of a survey that is measured in windows.
+
+    Against an earlier scan, which is held whole, the whole of the survey is held.
+    """
+    if cloud.streamed is None or settings.base.startswith("surface="):
+        return None
+    blocks: Blocks | None = cloud.streamed.blocks
+    return blocks
+
+
+def for_overview(settings: Settings) -> Settings:
+    """Return settings for the whole of a survey: lengths that were given are for its windows."""
+    return settings.changed(cell_m=None, radius_m=settings.radius_m and None)
+
+
+def measure_windows(
+    overview: Overview, found: list[Described], run: Progress
+) -> tuple[list[Described], Settings]:
+    """Measure all windows of a survey, in the whole of which some objects were found.
+
+    Returns
+    -------
+    found
+        All objects, each from the window that shows it best.
+    settings
+        Those of the window with the most points.
+
+    """
+    windows = _windows(overview, found)
+    shown = []
+    for number, window in enumerate(windows, 1):
+        run.tell(f"windows, {number} of {len(windows)}")
+        shown.append(_shown(overview, window))
+    seen = [one for one in shown if one is not None]
+    if not seen:
+        return found, overview.settings
+    whole = [one for part in seen for one in part.whole]
+    if not overview.regions:
+        whole = _with_cut(overview, every_one_once(whole), [o for part in seen for o in part.cut])
+    edges_m = [part.voxel_m for part in seen]
+    run.warn(
+        f"piles were measured part by part ({len(seen)}), on voxels of {min(edges_m):.2g} m"
+        + (f" to {max(edges_m):.2g} m" if max(edges_m) > min(edges_m) else "")
+    )
+    return [one.found for one in whole], max(seen, key=lambda part: part.points).settings
+
+
+def _windows(overview: Overview, found: list[Described]) -> list[Window]:
+    voxel_m = overview.blocks.voxel_m
+    if overview.regions:
+        boxes = (box_of(np.concatenate(region.rings)) for region in overview.regions)
+        pairs = zip(boxes, overview.regions, strict=True)
+        return [around(box_m, voxel_m, region=region) for box_m, region in pairs]
+    small = tiles(overview.places_m, voxel_m)
+    own = []
+    for item in found:
+        if item.outline.corners_m:
+            box_m = box_of(item.outline.corners_m)
+            if not any(tile.holds(box_m) for tile in small):
+                own.append(around(box_m, voxel_m, item))
+    return [*small, *own]
+
+
+def _shown(overview: Overview, window: Window) -> Shown | None:
+    """Return what a window shows; None where nothing can be measured.
+
+    Then an object for which it was opened stays as it was found.
+    """
+    cloud, voxel_m = overview.cloud_of(window)
+    try:
+        found, settings = _found(overview, window, cloud)
+    except DivespotError:
+        if overview.regions:
+            raise
+        if window.known is None:
+            return None
+        found, settings = [window.known], overview.settings
+    cell_m = given(settings.cell_m)
+    seen = [Sighting.of(item, window, overview.frame, cell_m) for item in found]
+    whole = [one for one in seen if overview.regions or not one.is_cut]
+    cut = [one for one in seen if one.is_cut]
+    return Shown(whole, cut, settings, len(cloud.points), voxel_m)
+
+
+def _found(overview: Overview, window: Window, cloud: Cloud) -> tuple[list[Described], Settings]:
+    """Measure a window as a scan whose pose is known."""
+    frame, quiet = overview.frame, Progress(None)
+    points, scan, s = cleaned(cloud, overview.asked, quiet)
+    surface = find_surface(frame.pose.laid_level(points, s.threads), scan, s)
+    grid = map_heights(surface, s)
+    ground, s = find_ground(grid, scan, s)
+    bases = replace(overview.bases, ground=ground)
+    measured: Measured
+    if window.region is not None:
+        measured = measure_regions(surface, grid, [window.region], bases, s)
+    else:
+        labels = find_objects(grid, ground, s, quiet.warn)
+        measured = measure_objects(surface, grid, labels, bases, s)
+        measured = with_holes(measured, grid, bases, s)
+    return describe(measured, frame, Rounding.of(cloud, frame.pose, scan), s), s
+
+
+def _with_cut(overview: Overview, whole: list[Sighting], cut: list[Sighting]) -> list[Sighting]:
+    """Add what runs out of every window that shows it, and was not found in the whole survey."""
+    least_m = 0.5 * AROUND * overview.blocks.voxel_m
+    for piece in sorted(cut, key=lambda one: one.rank):
+        is_large = longer_m(piece.box_m) >= least_m
+        if is_large and not is_among(piece, whole):
+            whole = every_one_once([*whole, *_around(overview, piece)])
+    return whole
+
+
+def _around(overview: Overview, piece: Sighting) -> list[Sighting]:
+    """Return what wider windows around a piece of an object show, in the end even if it is cut."""
+    box_m, seen = piece.box_m, [piece]
+    for _ in range(WIDER):
+        window = around(grown(box_m, longer_m(box_m)), overview.blocks.voxel_m)
+        shown = _shown(overview, window)
+        if shown is None:
+            return []
+        seen = [one for one in [*shown.whole, *shown.cut] if overlap(one.box_m, piece.box_m)]
+        beyond = [one.box_m for one in seen if one.is_cut]
+        if not beyond:
+            return shown.whole
+        box_m = joined([box_m, *beyond])
+    return seen
