@@ -15,10 +15,10 @@ LAYERS = {
     "settings": "_options _typed stages settings mass",
     "kernels": "accumulator clustering grid kernels plane spacing",
     "depth frames": "frames",
-    "stages": "sensor too_large blocks one_pass streaming intake lengths thinning clusters filters "
-    "up pose gaps frame strays surface ground_level earlier bases detection place_maps judgement "
-    "objects holes differences outline_checks outline_place outline_features outline_file "
-    "projection rounding",
+    "stages": "sensor narrowing too_large blocks one_pass streaming intake lengths thinning "
+    "clusters filters up pose gaps frame strays surface ground_level earlier bases detection "
+    "place_maps judgement objects holes differences outline_checks outline_place outline_features "
+    "outline_file projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
     "method": "overview repeated cleaning windows sightings tiled pipeline comparing scale "

@@ -17,6 +17,7 @@ from divespot.io import UNITS, Scan, read
 from divespot.io.doubts import judged
 from divespot.io.merge import are_paths
 from divespot.io.systems import require_system
+from divespot.narrowing import plan_of
 from divespot.projection import scale_of
 from divespot.selection import rows_of
 from divespot.sensor import sensor_place
@@ -206,7 +207,6 @@ def _scan(source: Scannable, settings: Settings) -> Scan:
             from divespot.streaming import streamed  # noqa: PLC0415 - few scans are so large
 
             return streamed(source, settings)
-        crop = settings.crop
         return read(
             source,
             unit=settings.unit,
@@ -214,7 +214,7 @@ def _scan(source: Scannable, settings: Settings) -> Scan:
             columns=settings.columns,
             classes=settings.classes,
             returns=settings.returns,
-            plan=None if crop is None else (*crop[:2], *crop[3:5]),
+            plan=plan_of(settings),
         )
     array = as_floats("points", _positions(source))
     if array.ndim not in (2, 3) or array.shape[-1] != 3 or array.dtype.kind != "f":

@@ -19,11 +19,10 @@ from divespot.io.las_stretches import stretches_of
 from divespot.io.merge import merged, paths_of
 from divespot.io.no_data import without_no_data
 from divespot.io.scan import Streamed
-from divespot.io.wanted import Wanted
 from divespot.log import log
 from divespot.one_pass import Pass, Plan
 from divespot.spacing import survey
-from divespot.too_large import in_plan
+from divespot.too_large import wanted_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from divespot.blocks import Blocks
     from divespot.io.las_stretches import Stretch
     from divespot.io.scan import Scan
+    from divespot.io.wanted import Rectangle
     from divespot.one_pass import Corners, Part
     from divespot.settings import Settings
 
@@ -76,20 +76,26 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
     spread = max(1, STRETCHES // len(paths))
     found = [_found(path, spread, settings, skip_damaged=skip_damaged) for path in paths]
     left_out = [told for told in found if isinstance(told, str)]
-    looks = [told[0] for told in found if not isinstance(told, str)]
-    if not looks:
+    files = [told for told in found if not isinstance(told, str)]
+    if not files:
         raise DivespotError(left_out[0])
-    parts = [stretch for told in found if not isinstance(told, str) for stretch in told[1]]
-    sample = merged(looks)
-    within = _corners(settings, UNITS[sample.unit])
-    wanted = Wanted.of(None, settings.classes, settings.returns)
+    looks = [look for look, _ in files]
+    sample, wanted = merged(looks), wanted_of(settings)
+    plan = wanted.rectangle(sample.crs, *_box(looks))
+    near = [told for told in files if _meets(told[0], plan)]
+    if not near:  # of outlines that lie elsewhere it is said where they are measured inside of
+        near, plan = files, plan if settings.crop else None
+    parts = [stretch for _, own in near for stretch in own]
+    seen = np.concatenate([look.points for look, _ in near])
+    within = _corners(settings, plan, UNITS[sample.unit])
     points = sum(stretch.count for stretch in parts)
-    origin_m, spacing_m, voxel_m = _voxels(sample.points, within, points, settings)
+    origin_m, spacing_m, voxel_m = _voxels(seen, within, points, settings)
     metres = looks[0].whole.metres if looks[0].whole else (1.0, 1.0, 1.0)
     # An earlier scan is held whole, and held against the whole of this one.
     is_fine = voxel_m > spacing_m and not settings.base.startswith("surface=")
     fine_m = spacing_m if is_fine else None
-    way = Pass(origin_m, voxel_m, fine_m, metres, wanted, within, skip_damaged=skip_damaged)
+    alone = replace(wanted, plan=None)
+    way = Pass(origin_m, voxel_m, fine_m, metres, alone, within, skip_damaged=skip_damaged)
     return Plan(tuple(parts), way, sample, tuple(left_out))
 
 
@@ -98,7 +104,7 @@ def _found(
 ) -> tuple[Scan, list[Stretch]] | str:
     """Return a sample of a file and its stretches; or its error, with `skip_damaged`."""
     try:
-        parts = stretches_of(path, in_plan(settings))
+        parts = stretches_of(path, wanted_of(settings))
         return stretches(path, spread, unit=settings.unit, crs=settings.crs), parts
     except DivespotError as err:
         if not skip_damaged:
@@ -106,11 +112,31 @@ def _found(
         return str(err)
 
 
-def _corners(settings: Settings, metres: float) -> Corners | None:
-    """Return the corners of a crop in metres."""
-    if settings.crop is None:
+def _box(looks: Sequence[Scan]) -> tuple[list[float], list[float]]:
+    """Return the corners of the box around files, in their numbers."""
+    wholes = [look.whole for look in looks if look.whole is not None]
+    low, high = np.array([one.low for one in wholes]), np.array([one.high for one in wholes])
+    return low.min(axis=0).tolist(), high.max(axis=0).tolist()
+
+
+def _meets(look: Scan, plan: Rectangle | None) -> bool:
+    """Return whether a file may hold points of a rectangle: by its header, where that is true."""
+    if plan is None or look.whole is None:
+        return True
+    low, high = (np.array(corner) for corner in (look.whole.low, look.whole.high))
+    step = 1e-6 * (1.0 + np.abs(high).max())
+    seen = look.points / look.whole.metres
+    is_true = ((seen >= low - step) & (seen <= high + step))[np.isfinite(seen).all(axis=1)].all()
+    return not is_true or bool((low[:2] <= plan[2:]).all() and (high[:2] >= plan[:2]).all())
+
+
+def _corners(settings: Settings, plan: Rectangle | None, metres: float) -> Corners | None:
+    """Return the corners of a crop, or of the rectangle around outlines, in metres."""
+    if plan is None:
         return None
-    low, high = (np.array(settings.crop).reshape(2, 3) * metres).tolist()
+    x0, y0, x1, y1 = plan
+    box = settings.crop or (x0, y0, -math.inf, x1, y1, math.inf)
+    low, high = (np.array(box).reshape(2, 3) * metres).tolist()
     return _triple(low), _triple(high)
 
 

@@ -11,12 +11,13 @@ from divespot.io.files import require_regular
 from divespot.io.las import points_promised
 from divespot.io.las_sample import ANY_SIZE, SIGNATURE
 from divespot.io.merge import paths_of
+from divespot.io.wanted import Wanted
 from divespot.io.web import is_url
+from divespot.narrowing import plan_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from divespot.io.las_stretches import Rectangle
     from divespot.settings import Settings
 
 #: Scans with more points are streamed. Measuring in memory takes 120 bytes per point: with this
@@ -38,15 +39,22 @@ def is_too_large(source: Any, settings: Settings) -> bool:  # noqa: ANN401 - wha
     counts = [_count(path) for path in paths]
     if None in counts or sum(filter(None, counts)) <= MOST_HELD:
         return False
-    return settings.crop is None or _in_crop(paths, settings) > MOST_HELD
+    wanted = wanted_of(settings)
+    return wanted.plan is None or _in_plan(paths, wanted) > MOST_HELD
 
 
-def _in_crop(paths: Sequence[str], settings: Settings) -> int:
-    """Return how many points are read for a crop: of COPC files, not all."""
+def wanted_of(settings: Settings) -> Wanted:
+    """Return what is to be read of the files of a survey."""
+    chosen = settings.columns, settings.classes, settings.returns, settings.crs
+    return Wanted.of(*chosen, plan_of(settings))
+
+
+def _in_plan(paths: Sequence[str], wanted: Wanted) -> int:
+    """Return how many points are read of what a crop or outlines leave: of COPC files, not all."""
     from divespot.io.las_stretches import stretches_of  # noqa: PLC0415 - for crops alone
 
     try:
-        parts = [stretches_of(path, in_plan(settings)) for path in paths]
+        parts = [stretches_of(path, wanted) for path in paths]
     except DivespotError:
         return 0  # reading it in full will raise the error
     return sum(stretch.count for some in parts for stretch in some)
@@ -62,12 +70,4 @@ def _count(path: str) -> int | None:
             head = stream.read(_HEADER_BYTES)
         return points_promised(head) if head.startswith(SIGNATURE) else None
     except (OSError, DivespotError, IndexError, struct.error):
-        return None  # reading it in full will raise the error
-
-
-def in_plan(settings: Settings) -> Rectangle | None:
-    """Return a crop's rectangle in the files' numbers."""
-    if settings.crop is None:
-        return None
-    x0, y0, _, x1, y1, _ = settings.crop
-    return x0, y0, x1, y1
+        return None  # what reads it in full says why

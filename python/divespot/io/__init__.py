@@ -33,6 +33,8 @@ from divespot.io.write import write
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from divespot.io.wanted import Plan
+
 __all__ = ["UNITS", "Scan", "read", "sample", "write"]
 
 
@@ -44,7 +46,7 @@ def read(  # noqa: PLR0913 - one argument an option
     columns: str | None = None,
     classes: str | None = None,
     returns: str = "all",
-    plan: Sequence[float] | None = None,
+    plan: Sequence[float] | Plan | None = None,
 ) -> Scan:
     """Read a scan, whatever its format, in metres.
 
@@ -72,8 +74,9 @@ def read(  # noqa: PLR0913 - one argument an option
         Classes of a LAS file to keep, such as ``"2,6"``; None keeps all except noise.
     returns : str
         Returns of a LAS file to keep: ``"all"``, ``"first"`` or ``"last"``.
-    plan : sequence of float or None
-        x0, y0, x1, y1 in the file's numbers: points of a COPC file outside are not read.
+    plan : sequence of float, callable or None
+        x0, y0, x1, y1 in the file's numbers, or what tells them from its reference system and a
+        place in it: of a COPC file, no point outside is read.
 
     Returns
     -------

@@ -54,7 +54,7 @@ def _raster(driver: str) -> Callable[[bytes, Wanted], RawCloud]:
 
     def read_window(data: bytes, wanted: Wanted) -> RawCloud:
         _refuse_columns(wanted)
-        return read(data, wanted.plan)
+        return read(data, wanted)
 
     return read_window
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import laspy
 
-    from divespot.io.wanted import Wanted
+    from divespot.io.wanted import Rectangle, Wanted
 
     Buffer = bytes | mmap.mmap
 
@@ -185,8 +185,9 @@ def check_layers(data: Buffer, header: laspy.LasHeader, chunk: tuple[int, int, i
 
 def _read_points(reader: laspy.LasReader, wanted: LasFilter, data: bytes) -> FloatArray:
     header = reader.header
-    if wanted.wanted.plan is not None and copc.is_copc(header):
-        query = copc.Query.of(BytesIO(data), len(data), header, wanted.wanted.plan)
+    plan = rectangle(header, wanted.wanted) if copc.is_copc(header) else None
+    if plan is not None:
+        query = copc.Query.of(BytesIO(data), len(data), header, plan)
         some = () if query is None else query.points()
         if len(some):
             return kept(some, wanted, header)
@@ -220,6 +221,12 @@ def scaled(raw: FloatArray, header: laspy.LasHeader) -> FloatArray:
         raw *= header.scales
         raw += header.offsets
     return raw
+
+
+def rectangle(header: laspy.LasHeader, wanted: Wanted) -> Rectangle | None:
+    """Return the rectangle outside of which no point of a file is wanted, if there is one."""
+    low, high = header.mins.tolist(), header.maxs.tolist()
+    return None if wanted.plan is None else wanted.rectangle(read_crs(header).text, low, high)
 
 
 def read_crs(header: laspy.LasHeader) -> Crs:

@@ -12,6 +12,7 @@ import numpy as np
 from divespot.errors import DivespotError
 from divespot.io import copc, las
 from divespot.io.las_sample import begins_as_las
+from divespot.io.wanted import Wanted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,9 +22,7 @@ if TYPE_CHECKING:
 
     from divespot.io.las import Buffer
 
-    Rectangle = tuple[float, float, float, float]
-
-#: Approximate number of points per stretch: a twentieth of a second of work, and 20 MB.
+#: Points of a stretch, about: a twentieth of a second of work, and 20 MB.
 STRETCH = 250_000
 
 #: Most points of a LAZ chunk, which is unpacked whole: half a gigabyte.
@@ -85,14 +84,14 @@ class Stretch:
         return sum(count for count, _ in self.chunks)
 
 
-def stretches_of(path: str, plan: Rectangle | None = None) -> list[Stretch]:
-    """Return the stretches of a file, after checking all its counts.
+def stretches_of(path: str, wanted: Wanted | None = None) -> list[Stretch]:
+    """Return the stretches of a file, all counts in it checked.
 
     Parameters
     ----------
     path
-    plan
-        A rectangle in the file's numbers: of a COPC file, only chunks that meet it are returned.
+    wanted
+        Of a COPC file, only chunks that meet the rectangle that is wanted.
 
     Raises
     ------
@@ -108,14 +107,14 @@ def stretches_of(path: str, plan: Rectangle | None = None) -> list[Stretch]:
             file.open("rb") as stream,
             mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data,
         ):
-            return _stretches(path, data, stream, plan)
+            return _stretches(path, data, stream, wanted or Wanted())
     except DivespotError as err:
         raise DivespotError(f"{path}: {err}") from None
     except (OSError, ValueError) as err:
         raise DivespotError(f"{path}: cannot be read ({err})") from None
 
 
-def _stretches(path: str, data: Buffer, stream: IO[bytes], plan: Rectangle | None) -> list[Stretch]:
+def _stretches(path: str, data: Buffer, stream: IO[bytes], wanted: Wanted) -> list[Stretch]:
     las.check_header(data)
     try:
         with las.opened(stream) as reader:
@@ -125,7 +124,7 @@ def _stretches(path: str, data: Buffer, stream: IO[bytes], plan: Rectangle | Non
                 chunks = _records(header)
             else:
                 las.check_chunks(data, stream, header)
-                chunks = _chunks(stream, len(data), header, plan)
+                chunks = _chunks(stream, len(data), header, wanted)
     except BaseException as err:  # noqa: BLE001 - a panic of lazrs is one
         raise las.refused(err) from None
     return [
@@ -149,10 +148,8 @@ def _records(header: laspy.LasHeader) -> list[_Chunk]:
     return [_Chunk(start + begin * size, count, count * size) for begin, count in counts]
 
 
-def _chunks(
-    stream: IO[bytes], size: int, header: laspy.LasHeader, plan: Rectangle | None
-) -> list[_Chunk]:
-    """Return the wanted chunks, in the order of the file."""
+def _chunks(stream: IO[bytes], size: int, header: laspy.LasHeader, wanted: Wanted) -> list[_Chunk]:
+    """Return the chunks that are wanted, in the order of the file."""
     found, left = [], header.point_count
     for at, held, count in copc.chunk_table(stream, header):
         found.append(_Chunk(at, min(count, left), held))
@@ -162,7 +159,8 @@ def _chunks(
         raise DivespotError(
             f"a chunk of its LAZ holds {largest} points: rewrite it with laszip or PDAL"
         )
-    if plan is None or not copc.is_copc(header):
+    plan = las.rectangle(header, wanted) if copc.is_copc(header) else None
+    if plan is None:
         return [chunk for chunk in found if chunk.count]
     query = copc.Query.of(stream, size, header, plan)
     if query is None:

@@ -17,7 +17,8 @@ from divespot.io.units import unit_named
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    Rectangle = tuple[float, float, float, float]
+    from divespot.io.wanted import Rectangle, Wanted
+
     Span = tuple[int, int]
 
 
@@ -25,14 +26,14 @@ if TYPE_CHECKING:
 MANY_CELLS = 2**23
 
 
-def reader(driver: str) -> Callable[[bytes, Rectangle | None], RawCloud]:
-    """Return a reader for rasters of one of GDAL's drivers, and no other."""
+def reader(driver: str) -> Callable[[bytes, Wanted], RawCloud]:
+    """Return what reads the rasters of one of GDAL's drivers, and never those of another."""
 
-    def read(data: bytes, plan: Rectangle | None) -> RawCloud:
+    def read(data: bytes, wanted: Wanted) -> RawCloud:
         rasterio = extra("rasterio", "raster", "a raster of heights needs rasterio")
         try:
             with rasterio.MemoryFile(data) as memory, memory.open(driver=driver) as source:
-                return _cells(source, len(data), plan)
+                return _cells(source, len(data), wanted)
         except (DivespotError, MemoryError):
             raise
         # rasterio passes on a dozen kinds of GDAL's exceptions.
@@ -42,8 +43,8 @@ def reader(driver: str) -> Callable[[bytes, Rectangle | None], RawCloud]:
     return read
 
 
-def _cells(source: Any, size: int, plan: Rectangle | None) -> RawCloud:  # noqa: ANN401 - rasterio ships no types
-    """Return the centre of each cell; a cell without data has no height."""
+def _cells(source: Any, size: int, wanted: Wanted) -> RawCloud:  # noqa: ANN401 - rasterio ships no types
+    """Return the middle of each cell; a cell without data has no height."""
     kind = np.dtype(source.dtypes[0])
     if kind.kind not in "iuf" or kind.itemsize == 1:
         raise DivespotError(f"it is a picture, {source.count} bands of {kind}: heights are needed")
@@ -51,6 +52,7 @@ def _cells(source: Any, size: int, plan: Rectangle | None) -> RawCloud:  # noqa:
     if source.transform.is_identity:
         raise DivespotError("it does not say where its cells lie: a georeferenced raster is needed")
     crs = crs_from_wkt(source.crs.to_wkt()) if source.crs else Crs()
+    plan = wanted.rectangle(crs.text, source.bounds[:2], source.bounds[2:])
     columns, rows = _window(source, plan)
     heights, first = _heights(source, columns, rows), (columns[0], rows[0])
     xyz = points_of_grid(heights, tuple(source.transform)[:6], first)

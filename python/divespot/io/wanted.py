@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from divespot._arguments import shown
 from divespot.errors import DivespotError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+    Place: TypeAlias = tuple[float, float]
+    Rectangle: TypeAlias = tuple[float, float, float, float]
+    #: From a file's reference system and a place in it to a rectangle in its numbers.
+    Plan: TypeAlias = Callable[[str | None, Place], Rectangle | None]
 
 #: Classes of low and high noise (LAS 1.4 R15, table 17).
 NOISE = frozenset({7, 18})
@@ -31,7 +36,7 @@ class Wanted:
     crs
         The reference system, for a file that states none.
     plan
-        The wanted rectangle x0, y0, x1, y1 in the file's numbers.
+        Tells the rectangle outside of which no point is wanted.
     some
         Whether a sample of the points is enough.
     stretches
@@ -44,7 +49,7 @@ class Wanted:
     classes: frozenset[int] | None = None
     returns: Literal["all", "first", "last"] = "all"
     crs: str | None = None
-    plan: tuple[float, float, float, float] | None = None
+    plan: Plan | None = None
     some: bool = False
     stretches: int | None = None
 
@@ -55,7 +60,7 @@ class Wanted:
         classes: str | None,
         returns: str,
         crs: str | None = None,
-        plan: Sequence[float] | None = None,
+        plan: Sequence[float] | Plan | None = None,
     ) -> Wanted:
         """Return the choice that the texts describe.
 
@@ -75,10 +80,19 @@ class Wanted:
             raise DivespotError(
                 f"columns is {columns!r}: three numbers from 1 or names, as 3,2,4, are needed"
             )
-        return cls(parts, _numbers(classes), returns, crs, _corners(plan))  # type: ignore[arg-type]  # checked above
+        checked = plan if callable(plan) else _fixed(plan)
+        return cls(parts, _numbers(classes), returns, crs, checked)  # type: ignore[arg-type]  # checked above
+
+    def rectangle(
+        self, crs: str | None, low: Sequence[float], high: Sequence[float]
+    ) -> Rectangle | None:
+        """Return x0, y0, x1, y1 in the numbers of a file that lies between two corners, if any."""
+        if self.plan is None:
+            return None
+        return self.plan(crs or self.crs, (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])))
 
 
-def _corners(plan: Sequence[float] | None) -> tuple[float, float, float, float] | None:
+def _fixed(plan: Sequence[float] | None) -> Plan | None:
     if plan is None:
         return None
     try:
@@ -87,7 +101,7 @@ def _corners(plan: Sequence[float] | None) -> tuple[float, float, float, float] 
         x0 = y0 = x1 = y1 = math.nan
     if not all(map(math.isfinite, (x0, y0, x1, y1))):
         raise DivespotError(f"plan is {shown(plan)}: four numbers x0,y0,x1,y1 are needed")
-    return x0, y0, x1, y1
+    return lambda _crs, _at: (x0, y0, x1, y1)
 
 
 def _numbers(classes: str | None) -> frozenset[int] | None:

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
     from divespot.io.wanted import Wanted
 
-#: Beginnings of addresses of files on a server.
+#: What is said where nothing tells which part is wanted.
+NEEDED = "a crop is needed of a file on a server (x0,y0,z0,x1,y1,z1), or an outline"
+
+#: What a file on a server begins with.
 SCHEMES = ("http://", "https://")
 
 #: Bytes fetched from the file's beginning: the header and its records, which are at least 1 kB.
@@ -52,7 +55,7 @@ def read_url(url: str, wanted: Wanted) -> RawCloud:
 
     """
     if wanted.plan is None:
-        raise DivespotError("is a file on a server: a crop x0,y0,z0,x1,y1,z1 is needed")
+        raise DivespotError(NEEDED)
     if wanted.columns is not None:
         raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
     remote = Remote(url)
@@ -69,7 +72,10 @@ def _points(remote: Remote, wanted: Wanted) -> RawCloud:
         header = reader.header
         if not copc.is_copc(header):
             raise DivespotError("is no COPC file: of other files on a server, a copy is needed")
-        query = copc.Query.of(stream, remote.size, header, wanted.plan or (0.0,) * 4)
+        plan = las.rectangle(header, wanted)
+        if plan is None:
+            raise DivespotError(NEEDED)
+        query = copc.Query.of(stream, remote.size, header, plan)
         if query is None:
             raise DivespotError("no point is inside the crop: a crop that meets it is needed")
         remote.fetch_all((at, at + size) for at, size, _ in query.nodes)

@@ -17,6 +17,7 @@ from divespot.io.las import read_crs
 from divespot.io.packed import unpacked
 from divespot.io.systems import known_system
 from divespot.io.web import is_url
+from divespot.narrowing import plan_of
 from divespot.output import refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.pile_matching import labels
@@ -189,8 +190,7 @@ def _points_m(report: Report) -> NDArray[np.float64]:
     source, settings = report.source, report.settings
     # A given unit would apply to heights too, which a LAS file may have in another unit.
     unit = settings.unit if source.files else source.unit
-    crop = settings.crop
-    plan = (*crop[:2], *crop[3:5]) if crop and is_url(str(source.path)) else None
+    plan = plan_of(settings) if is_url(str(source.path)) else None
     files = source.files or str(source.path)
     scan = read(files, unit=unit, columns=settings.columns, plan=plan)
     return np.asarray(scan.points[np.isfinite(scan.points).all(axis=1)])
