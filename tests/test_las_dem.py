@@ -94,6 +94,34 @@ def test_points_are_of_what_they_lie_on(flight: Path, tmp_path: Path) -> None:
     assert alone.total == report.total
 
 
+def test_points_are_written_batch_by_batch(
+    flight: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    las = laspy.read(flight)
+    las.classification = np.where(np.arange(len(las.points)) % 10 == 0, 7, las.classification)
+    tiles = [tmp_path / "a.laz", tmp_path / "b.laz"]
+    cut = np.asarray(las.x) < np.median(las.x)
+    for tile, part in zip(tiles, (cut, ~cut), strict=True):
+        laspy.LasData(las.header, las.points[part]).write(tile)
+    report, alone = divespot.measure(tiles), divespot.measure(flight)
+
+    def holds_it(*_: object) -> Any:  # noqa: ANN401 - nothing
+        raise AssertionError
+
+    monkeypatch.setattr("divespot.results.las_points.BATCH", 10_000)
+    monkeypatch.setattr("divespot.results.las_points.bytes_of", holds_it)
+    monkeypatch.setattr("divespot.results.las_points.read", holds_it)
+    report.save(tmp_path / "both.laz")
+    found = laspy.read(tmp_path / "both.laz")
+    assert len(found.points) == report.source.points == (las.classification != 7).sum()
+    assert found.header.parse_crs() is not None or WKT in str(found.header.vlrs)
+    for pile in report.piles:
+        own = found.xyz[np.asarray(found["pile"]) == pile.id]
+        assert np.abs(own[:, :2].mean(axis=0) - pile.centroid_m[:2]).max() < 0.05
+    alone.save(tmp_path / "one.las")
+    assert len(laspy.read(tmp_path / "one.las").points) == len(las.points)
+
+
 def test_another_format_becomes_las(tmp_path: Path) -> None:
     path, out = tmp_path / "scan.ply", tmp_path / "out.laz"
     dio.write(path, points())

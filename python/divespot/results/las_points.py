@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import copy
+from contextlib import contextmanager
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 from divespot._arguments import require_kind
 from divespot.errors import DivespotError
-from divespot.io import UNITS, read
+from divespot.io import UNITS, las, read
 from divespot.io.files import bytes_of
 from divespot.io.las import read_crs
+from divespot.io.las_filter import LasFilter
+from divespot.io.las_sample import SIGNATURE, begins_as_las
 from divespot.io.packed import unpacked
 from divespot.io.systems import known_system
+from divespot.io.wanted import Wanted
 from divespot.io.web import is_url
 from divespot.narrowing import plan_of
 from divespot.output import refuse_inputs, whole
@@ -25,6 +30,7 @@ from divespot.settings import given
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -66,22 +72,40 @@ def save_las(report: Report, path: str | os.PathLike[str]) -> None:
         raise DivespotError("an array was measured: points can be written of a scan's file alone")
     refuse_inputs(path, "the points", report.inputs)
     kinds = _Kinds(report)
-    compress = ending == ".laz"
-    is_one_file = not report.source.files and not is_url(report.source.path)
-    data = _bytes_of(report.source.path) if is_one_file else b""
-    is_las = data.startswith(b"LASF")
-    written = (
-        _annotated(data, kinds, compress=compress)
-        if is_las
-        else _converted(kinds, compress=compress)
-    )
     with whole(path) as stream:
-        stream.write(written)
+        # Headers are completed after the points: what cannot go back, a pipe, is written at once.
+        target = stream if stream.seekable() else BytesIO()
+        _write(kinds, target, compress=ending == ".laz")
+        if isinstance(target, BytesIO):
+            stream.write(target.getvalue())
 
 
-def _bytes_of(path: str) -> bytes:
+def _write(kinds: _Kinds, stream: BinaryIO, *, compress: bool) -> None:
+    source = kinds.report.source
+    paths = source.files or (str(source.path),)
+    if any(is_url(path) for path in paths):
+        _convert(_of_any(kinds.report), kinds, stream, compress=compress)
+    elif len(paths) == 1:
+        with _opened(paths[0]) as file:
+            if file is None:
+                _convert(_of_any(kinds.report), kinds, stream, compress=compress)
+            else:
+                _annotate(file, kinds, stream, compress=compress)
+    elif all(begins_as_las(Path(path)) for path in paths):
+        _convert(_of_las(paths, kinds.report), kinds, stream, compress=compress)
+    else:
+        _convert(_of_any(kinds.report), kinds, stream, compress=compress)
+
+
+@contextmanager
+def _opened(path: str) -> Iterator[BinaryIO | None]:
+    """Open a LAS file, which may be packed; None if it is another."""
+    if begins_as_las(Path(path)):
+        with Path(path).open("rb") as file:
+            yield file
+        return
     _, data = unpacked(Path(path), bytes_of(Path(path)))
-    return data
+    yield BytesIO(data) if data.startswith(SIGNATURE) else None
 
 
 class _Kinds:
@@ -113,15 +137,14 @@ class _Kinds:
         return kinds.astype(np.uint8), pile.astype(np.uint16)
 
 
-def _annotated(data: bytes, kinds: _Kinds, *, compress: bool) -> bytes:
-    """Return a copy of a LAS file with its points classified."""
+def _annotate(file: BinaryIO, kinds: _Kinds, stream: BinaryIO, *, compress: bool) -> None:
+    """Write a LAS file with every point of another."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
-    held = BytesIO()
-    with laspy.open(BytesIO(data), laz_backend=laspy.LazBackend.Lazrs) as reader:
+    with laspy.open(file, laz_backend=laspy.LazBackend.Lazrs, closefd=False) as reader:
         factors = _metres(reader.header, kinds.report)
         header = _header_of(reader.header)
-        with laspy.open(held, "w", header=header, do_compress=compress, closefd=False) as writer:
+        with laspy.open(stream, "w", header=header, do_compress=compress, closefd=False) as writer:
             for points in reader.chunk_iterator(BATCH):
                 xyz = np.column_stack([points.x, points.y, points.z]) * factors
                 record = laspy.ScaleAwarePointRecord.zeros(len(points), header=header)
@@ -130,7 +153,6 @@ def _annotated(data: bytes, kinds: _Kinds, *, compress: bool) -> bytes:
                 writer.write_points(record)
             if header.version.minor >= 4 and reader.header.evlrs:
                 writer.write_evlrs(reader.header.evlrs)
-    return held.getvalue()
 
 
 def _header_of(found: Any) -> Any:  # noqa: ANN401 - laspy ships no types
@@ -153,28 +175,35 @@ def _metres(header: Any, report: Report) -> NDArray[np.float64]:  # noqa: ANN401
     return np.array([plan, plan, UNITS.get(vertical or "", plan)])
 
 
-def _converted(kinds: _Kinds, *, compress: bool) -> bytes:
-    """Return a LAS file with the points of files in another format, or of several files."""
+@dataclass(frozen=True)
+class _Points:
+    """Points in the scan's frame, in metres, batch by batch, and the box around them."""
+
+    low_m: NDArray[np.float64]
+    high_m: NDArray[np.float64]
+    batches: Iterable[NDArray[np.float64]]
+
+
+def _convert(points: _Points, kinds: _Kinds, stream: BinaryIO, *, compress: bool) -> None:
+    """Write a LAS file with the points of files in another format, or of several."""
     import laspy  # noqa: PLC0415  (import divespot stays light)
 
-    report = kinds.report
-    points_m = _points_m(report)
-    xyz = points_m / UNITS[report.source.unit]
-    header = laspy.LasHeader(point_format=6, version="1.4")
-    header = _header_of(header)
+    source = kinds.report.source
+    metres = UNITS[source.unit]
+    header = _header_of(laspy.LasHeader(point_format=6, version="1.4"))
     header.scales = np.full(3, STEP)
-    header.offsets = np.floor(xyz.min(axis=0))
-    if (np.ptp(xyz, axis=0) > STEP * (2**31 - 1)).any():
+    header.offsets = np.floor(points.low_m / metres)
+    if (points.high_m - points.low_m > metres * STEP * (2**31 - 1)).any():
         raise DivespotError(f"LAS cannot span over {STEP * 2**31:.0f} units at {STEP:g}")
-    if wkt := _wkt(report.source.crs):
+    if wkt := _wkt(source.crs):
         header.global_encoding.wkt = True
         header.vlrs.append(laspy.VLR("LASF_Projection", _WKT, "WKT", wkt.encode() + b"\0"))
-    las = laspy.LasData(header)
-    las.xyz = xyz
-    las.classification, las["pile"] = kinds.of(points_m)
-    held = BytesIO()
-    las.write(held, do_compress=compress)
-    return held.getvalue()
+    with laspy.open(stream, "w", header=header, do_compress=compress, closefd=False) as writer:
+        for xyz_m in points.batches:
+            record = laspy.ScaleAwarePointRecord.zeros(len(xyz_m), header=header)
+            record.x, record.y, record.z = (xyz_m / metres).T
+            record.classification, record["pile"] = kinds.of(xyz_m)
+            writer.write_points(record)
 
 
 def _wkt(crs: str | None) -> str | None:
@@ -185,12 +214,32 @@ def _wkt(crs: str | None) -> str | None:
     return None if system is None else str(system.to_wkt("WKT1_GDAL"))
 
 
-def _points_m(report: Report) -> NDArray[np.float64]:
-    """Read the points of the scan's files again, without those that are not finite."""
+def _of_any(report: Report) -> _Points:
+    """Return the points of the scan's files once more, without those that are not finite."""
     source, settings = report.source, report.settings
     # A given unit would apply to heights too, which a LAS file may have in another unit.
     unit = settings.unit if source.files else source.unit
     plan = plan_of(settings) if is_url(str(source.path)) else None
     files = source.files or str(source.path)
     scan = read(files, unit=unit, columns=settings.columns, plan=plan)
-    return np.asarray(scan.points[np.isfinite(scan.points).all(axis=1)])
+    points = np.asarray(scan.points[np.isfinite(scan.points).all(axis=1)])
+    return _Points(points.min(axis=0), points.max(axis=0), [points])
+
+
+def _of_las(paths: Sequence[str], report: Report) -> _Points:
+    """Return the points of LAS files, without those that are withheld or noise."""
+    corners = []
+    for path in paths:
+        with Path(path).open("rb") as file, las.opened(file) as reader:
+            box = np.array([reader.header.mins, reader.header.maxs])
+            corners.append(box * _metres(reader.header, report))
+    box = np.concatenate(corners)
+    return _Points(box.min(axis=0), box.max(axis=0), _batches(paths, report))
+
+
+def _batches(paths: Sequence[str], report: Report) -> Iterator[NDArray[np.float64]]:
+    for path in paths:
+        with Path(path).open("rb") as file, las.opened(file) as reader:
+            factors, wanted = _metres(reader.header, report), LasFilter(Wanted())
+            for points in reader.chunk_iterator(BATCH):
+                yield las.kept(points, wanted, reader.header) * factors
