@@ -40,8 +40,11 @@ $(VENV)/built: $(VENV)/made $(RUST) pyproject.toml
 test-rust:
 	cargo test --package divespot-core --quiet
 
+# On all cores, a file of tests in one process: they share what they simulate.
+PYTEST := $(BIN)/python -m pytest -W error --numprocesses auto --dist loadfile
+
 test-python: build
-	$(BIN)/python -m pytest -W error
+	$(PYTEST)
 
 # The kernels again, built so that a sum that overflows or an assertion that fails is a panic.
 CHECKED := target/checked
@@ -53,7 +56,7 @@ test-checked: build
 	rm -rf $(CHECKED)/python && mkdir $(CHECKED)/python && cp -R python/divespot $(CHECKED)/python
 	cp "$$(ls $(CHECKED)/debug/lib_native.so $(CHECKED)/debug/lib_native.dylib 2>/dev/null)" \
 	"$$(ls $(CHECKED)/python/divespot/_native*.so)"
-	PYTHONPATH=$(CHECKED)/python $(BIN)/python -m pytest -W error $(KERNELS:%=tests/test_%.py)
+	PYTHONPATH=$(CHECKED)/python $(PYTEST) $(KERNELS:%=tests/test_%.py)
 
 lint-rust: $(VENV)/made
 	@if cargo fmt --version >/dev/null 2>&1; then echo cargo fmt --check; cargo fmt --all --check; \

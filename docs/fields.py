@@ -22,7 +22,7 @@ from divespot.cli.options import GROUPS
 from divespot.directions import Position
 from divespot.level import Level
 from divespot.reasons import Reason
-from divespot.report import SCHEMA, Report
+from divespot.report import SCHEMA, BaseFrom, Report
 from divespot.up import UpFrom
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -40,6 +40,7 @@ NAMES = {record.__name__: record for record in (*RECORDS, Level)} | {
     "Mapping": Mapping,
     "NDArray": Any,
     "Position": Position,
+    "BaseFrom": BaseFrom,
     "Reason": Reason,
     "UpFrom": UpFrom,
     "os": os,

@@ -73,7 +73,8 @@ def test_on_a_level_floor_all_bases_agree(base: str) -> None:
     within = 0.01 if base == "plane" else 0.005
     assert found.volume_m3 == pytest.approx(CONE_M3, rel=within)
     assert abs(found.volume_m3 - CONE_M3) < 1.5 * found.u95_m3
-    assert found.base == ("ring" if base == "local" else base.partition("=")[0])
+    assert found.base == base.partition("=")[0]
+    assert found.base_from == ("annulus" if base == "local" else None)
 
 
 def test_a_height_is_one_in_the_scan_s_own_frame() -> None:

@@ -92,7 +92,7 @@ def test_a_cone_is_whole_inside_any_line_around_it(half: float, tmp_path: Path) 
     assert volume_m3(report) == pytest.approx(SOLIDS["cone"].volume_m3, rel=1e-3)
     (pile,) = report.piles
     assert pile.footprint_m2 == pytest.approx(4 * half**2, rel=1e-9)
-    assert (pile.seen_fraction, pile.touches_edge, pile.base) == (1, False, "ring")
+    assert (pile.seen_fraction, pile.touches_edge, pile.base_from) == (1, False, "annulus")
     np.testing.assert_allclose(np.array(pile.outline_m)[:, :2], square(half)[:-1], atol=1e-9)
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from divespot.reasons import Reason
+from divespot.report import BaseFrom
 
 __all__ = [
     "RawAccumulator",
@@ -197,7 +198,7 @@ class RawObject:
     @property
     def leans_on_wall(self) -> bool: ...
     @property
-    def base(self) -> str: ...
+    def base_from(self) -> BaseFrom | None: ...
     @property
     def reason(self) -> Reason | None: ...
     @property

@@ -122,7 +122,8 @@ def _pile(  # noqa: PLR0913, PLR0917 - what there is to describe it by
         leans_on_wall=raw.leans_on_wall,
         mass_kg=mass,
         u95_mass_kg=None if u_mass is None else COVERAGE * u_mass,
-        base=raw.base if settings.base == "local" else settings.base.partition("=")[0],
+        base=settings.base.partition("=")[0],
+        base_from=raw.base_from if settings.base == "local" else None,
         budget=budget,
         volume_by_base_m3=_by_base(raw, measured, factor),
         name=region.name if region else None,
@@ -203,7 +204,7 @@ def _doubts_of(pile: Pile, settings: Settings) -> list[str]:
     found = []
     if pile.touches_edge:
         found.append(f"pile {pile.id} runs out of the scan: the part beyond is not counted")
-    if pile.base == "ground":
+    if pile.base_from == "ground":
         found.append(
             f"the base of pile {pile.id} is the scene's ground: no ground was seen around it"
         )

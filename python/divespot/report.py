@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from divespot import _native
 from divespot._arguments import whole
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from divespot.up import UpFrom
 
 SCHEMA = "divespot.report/1"
+
+#: What a local base was predicted from.
+BaseFrom: TypeAlias = Literal["annulus", "annulus level", "ground"]
 
 #: Coverage factor: an expanded uncertainty of 95 % is 2 standard uncertainties (GUM 6.3.3).
 COVERAGE = 2.0
@@ -72,9 +75,10 @@ class Pile:
     u95_mass_kg
         Expanded uncertainty of the mass, including that of the density.
     base
-        Data that support the base: the annulus of ground around the pile (``ring``), its level
-        with the tilt of the scene's ground (``ring level``), the scene's ground (``ground``), or
-        the base that was asked for.
+        Kind of the base that was asked for (see the setting of this name).
+    base_from
+        What a local base was predicted from: the annulus of ground around the pile, its level
+        with the tilt of the scene's ground, or the scene's ground alone; null for other bases.
     budget
         Uncertainty budget: the terms of the uncertainty.
     volume_by_base_m3
@@ -106,6 +110,7 @@ class Pile:
     mass_kg: float | None
     u95_mass_kg: float | None
     base: str
+    base_from: BaseFrom | None
     budget: Budget
     volume_by_base_m3: Mapping[str, float] | None = None
     repeat_m3: float | None = None

@@ -19,6 +19,7 @@ _MAY_BE_ABSENT = {
     *(
         "path",
         "crs",
+        "base_from",
         "mass_kg",
         "u95_mass_kg",
         "volume_by_base_m3",

@@ -44,7 +44,7 @@ pub(crate) struct RawObject {
     seen_fraction: f64,
     touches_edge: bool,
     leans_on_wall: bool,
-    base: &'static str,
+    base_from: Option<&'static str>,
     reason: Option<String>,
     budget: Terms,
 }
@@ -91,11 +91,11 @@ impl From<Object> for RawObject {
             seen_fraction: object.seen_fraction,
             touches_edge: object.touches_edge,
             leans_on_wall: object.leans_on_wall,
-            base: match object.base.kind {
-                Kind::Annulus => "ring",
-                Kind::AnnulusLevel => "ring level",
-                Kind::Ground => "ground",
-                Kind::Given => "given",
+            base_from: match object.base.kind {
+                Kind::Annulus => Some("annulus"),
+                Kind::AnnulusLevel => Some("annulus level"),
+                Kind::Ground => Some("ground"),
+                Kind::Given => None,
             },
             reason: object.reason.map(|reason| reason.text().to_owned()),
             budget: Terms(object.budget),
