@@ -32,15 +32,14 @@ pub(crate) fn map_chunks<T: Send>(
         return (0..count).map(|i| polled(&job, range(i))).collect();
     }
     let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::with_capacity(count));
-    run(threads.min(count), || {
+    let done = Mutex::new(std::iter::repeat_with(|| None).take(count).collect::<Vec<_>>());
+    run(threads.min(count), &|| {
         let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&i| i < count);
         let mine: Vec<_> = std::iter::from_fn(take).map(|i| (i, polled(&job, range(i)))).collect();
-        lock(&done).extend(mine);
+        let mut done = lock(&done);
+        mine.into_iter().for_each(|(i, result)| done[i] = Some(result));
     });
-    let mut done = into_inner(done);
-    done.sort_unstable_by_key(|&(i, _)| i);
-    done.into_iter().map(|(_, result)| result).collect()
+    into_inner(done).into_iter().flatten().collect()
 }
 
 /// Applies `job` to each of `items`, one at a time, for work whose items take very different times.
@@ -96,18 +95,19 @@ pub(crate) fn share<T>(
 ) {
     let threads = threads.min(items.len());
     let items = Mutex::new(items);
-    run(threads, || {
+    run(threads, &|| {
         let take = || lock(&items).next();
         std::iter::from_fn(take).for_each(|item| polled(&job, item));
     });
 }
 
-/// Runs `worker` on this many threads, or on fewer if the system starts no more.
-fn run(threads: usize, worker: impl Fn() + Sync) {
+/// Runs `worker` on this many threads, or on fewer if the system starts no more. It is compiled once,
+/// not for every kind of work: the code that starts threads is long.
+fn run(threads: usize, worker: &(dyn Fn() + Sync)) {
     std::thread::scope(|scope| {
         for _ in 1..threads {
             let flag = current_flag();
-            let helper = || part(flag, &worker);
+            let helper = || part(flag, worker);
             if std::thread::Builder::new().spawn_scoped(scope, helper).is_err() {
                 break;
             }

@@ -29,11 +29,18 @@ pub(crate) fn attempted<T: Send>(
 /// once it has ended. If no thread can be started, the kernel runs on this one and cannot be
 /// interrupted.
 pub(crate) fn detached<T: Send>(py: Python<'_>, kernel: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let (mut kernel, mut result) = (Some(kernel), None);
+    attended(py, &mut || result = kernel.take().map(|kernel| kernel()))?;
+    result.ok_or(divespot_core::Error::Interrupted).map_err(raise)
+}
+
+/// As `detached`, compiled once and not for every kernel.
+fn attended(py: Python<'_>, kernel: &mut (dyn FnMut() + Send)) -> PyResult<()> {
     let flag = Flag::default();
     let waiting = Mutex::new(Some(kernel));
     let run = || {
         let kernel = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
-        kernel.map(|kernel| unless_called_off(&flag, kernel))
+        kernel.map_or(Ok(()), |kernel| unless_called_off(&flag, kernel))
     };
     let ended = py.detach(|| {
         thread::scope(|scope| {
@@ -56,5 +63,5 @@ pub(crate) fn detached<T: Send>(py: Python<'_>, kernel: impl FnOnce() -> T + Sen
             outcome.map(|()| result)
         })
     })?;
-    ended.unwrap_or(Err(divespot_core::Error::Interrupted)).map_err(raise)
+    ended.map_err(raise)
 }
