@@ -7,6 +7,7 @@ bit for bit. Nothing is installed into the system: apt is given folders of its o
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -28,26 +29,8 @@ NEEDED = ("qemu-aarch64-static", "apt-get", "dpkg-deb")
 #: What is run of the tests: the kernels, and what reads and writes.
 TESTS = ("lzf", "voxel", "neighbors", "histogram", "plane", "grid", "spacing", "status")
 
-#: Scenes that are compared, and the share of their points: qemu is 14 to 40 times slower.
-COMPARED = {
-    "shape-05": 0.05,
-    "grain-2m": 0.05,
-    "three-piles": 0.05,
-    "touching-piles": 0.05,
-    "one-side": 0.05,
-    "bay": 0.05,
-    "over-person": 0.05,
-    "over-rain": 0.03,
-    "walls-corner": 0.05,
-    "levels-terrace": 0.05,
-    "levels-slope": 0.05,
-    "scan-tripod": 0.05,
-    "scan-few": 1.0,
-    "folded-floor": 0.05,
-    "optical-frame": 0.03,
-    "utm-yard": 0.03,
-    "varied-tilted": 0.05,
-}
+#: Points of a compared scan, relative to the scene's own: qemu is 14 to 40 times slower.
+DENSITY = 0.03
 
 
 def run(*command: str | Path) -> str:
@@ -106,15 +89,18 @@ def emulated(core: str, *command: str | Path) -> str:
 
 
 def draw_scenes() -> list[Path]:
-    """Write the scans that are compared: their simulation need not be the same everywhere."""
+    """Write a scan of each scene, and what is given with it: machines may simulate otherwise."""
     import numpy as np  # noqa: PLC0415 - as is installed
 
     from divespot import simulate  # noqa: PLC0415
+    from divespot.evaluate.given import given_with  # noqa: PLC0415
 
     SCENES.mkdir(exist_ok=True)
-    paths = [SCENES / f"{name}.npy" for name in COMPARED]
-    for path, (name, density) in zip(paths, COMPARED.items(), strict=True):
-        np.save(path, simulate.scan(name, density=density).points)
+    paths = [SCENES / f"{name}.npy" for name in simulate.NAMES]
+    for path in paths:
+        taken = simulate.scan(path.stem, density=DENSITY)
+        np.save(path, taken.points)
+        path.with_suffix(".json").write_text(json.dumps(given_with(taken)))
     return paths
 
 

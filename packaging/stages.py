@@ -1,14 +1,16 @@
 """A hash of what each stage of a measurement hands on, for two machines to compare.
 
-`stages.py SCAN.npy...` prints a line a stage: scan, stage and hash.
+`stages.py SCAN.npy...` prints a line a stage: scan, stage and hash. SCAN.json holds the settings.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
+import json
 import struct
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,7 +80,8 @@ def main(scans: list[str]) -> None:
     for scan in scans:
         Hashing.scan = scan.rsplit("/", 1)[-1]
         try:
-            report = measure(np.load(scan), threads=2)
+            settings = json.loads(Path(scan).with_suffix(".json").read_text("utf-8"))
+            report = measure(np.load(scan), threads=2, **settings)
         except DivespotError as error:
             print(f"{Hashing.scan}\terror\t{error}")
         else:
