@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import divespot
-from divespot import io, plot, simulate, volume
+from divespot import frames, io, plot, simulate, volume
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -76,7 +76,7 @@ def functions(module: ModuleType) -> dict[str, Any]:
     return {name: each for name, each in found.items() if inspect.isfunction(each)}
 
 
-@pytest.mark.parametrize("module", [divespot, io, plot, simulate, volume])
+@pytest.mark.parametrize("module", [divespot, frames, io, plot, simulate, volume])
 def test_every_public_function_has_an_example(module: ModuleType) -> None:
     for name, function in functions(module).items():
         assert name in WITHOUT or ">>> " in (function.__doc__ or ""), name

@@ -52,6 +52,14 @@ def read_poses(
     DivespotError
         The file cannot be read, or a line is not a pose.
 
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> path = Path("poses.txt")
+    >>> _ = path.write_text("0.0 1.5 0 2 0 0 0 1")  # TUM: 1.5 m along x and 2 m along z
+    >>> read_poses(path)[0, :3, 3].tolist()
+    [1.5, 0.0, 2.0]
+
     """
     file = Path(os.fsdecode(path))
     lines = text_of(file, "poses are lines of numbers").splitlines()
@@ -146,6 +154,16 @@ def write_poses(
     """Write poses in TUM's format: ``time x y z qx qy qz qw``.
 
     Frames that were left out have no line; without `times_s` the time is the frame's number.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> path = Path("poses.txt")
+    >>> write_poses(path, [np.eye(4), None, np.eye(4)])  # the second frame was left out
+    >>> [line.split()[0] for line in path.read_text().splitlines()[1:]]
+    ['0.000000', '2.000000']
+
     """
     if not isinstance(poses, list | tuple | np.ndarray):
         raise DivespotError(f"poses are {shown(poses)}: a list of 4 x 4 matrices is needed")

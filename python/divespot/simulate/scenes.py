@@ -44,6 +44,12 @@ def scene_named(name: str, seed: int = 0) -> Scene:
     ------
     DivespotError
         If there is no such name; the message lists them.
+
+    Examples
+    --------
+    >>> [round(pile.volume_m3, 3) for pile in scene_named("three-piles").piles]
+    [0.035, 0.014, 0.022]
+
     """
     if word("name", name) not in NAMES:
         raise DivespotError(f"there is no scene {name!r}: one of {', '.join(NAMES)} is needed")
