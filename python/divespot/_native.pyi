@@ -48,6 +48,7 @@ __all__ = [
     "surface_base",
     "surface_mask",
     "survey",
+    "trim_heap",
     "unevenness_of_rays",
     "voxel_downsample",
 ]
@@ -75,6 +76,7 @@ def radius_outlier_mask(
     by_position: bool,
 ) -> NDArray[np.bool_]: ...
 def share_heap() -> None: ...
+def trim_heap() -> None: ...
 def surface_mask(points: NDArray[Any], threads: int) -> NDArray[np.bool_]: ...
 
 _Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]

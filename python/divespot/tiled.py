@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from divespot import _native
 from divespot.cleaning import cleaned
 from divespot.describe import Described, describe
 from divespot.errors import DivespotError
@@ -95,9 +96,9 @@ class Overview:
         voxels = self.blocks.load(places[row] for row in np.flatnonzero(near).tolist())
         points = voxels.surfaces().means
         level = self._level(points)
-        # Far below or above lies what means no data.
+        # Far below or above all that counts lies what means no data.
         low_m, high_m = self.places_m[:, 2].min(), self.places_m[:, 2].max()
-        room_m = high_m - low_m + self.blocks.voxel_m
+        room_m = AROUND * self.blocks.voxel_m
         low, high = (x0, y0, low_m - room_m), (x1, y1, high_m + room_m)
         inside = np.asarray(((level >= low) & (level <= high)).all(axis=1))
         scale = (self.cloud.scale, self.cloud.scale, 1.0)
@@ -150,12 +151,14 @@ def measure_windows(
     for number, window in enumerate(windows, 1):
         run.tell(f"windows, {number} of {len(windows)}")
         shown.append(_shown(overview, window))
+        _native.trim_heap()
     seen = [one for one in shown if one is not None]
     if not seen:
         return found, overview.settings
     whole = [one for part in seen for one in part.whole]
     if not overview.regions:
-        whole = _with_cut(overview, every_one_once(whole), [o for part in seen for o in part.cut])
+        cut = [one for part in seen for one in part.cut]
+        whole = _with_cut(overview, every_one_once(whole), cut, len(windows), run)
     edges_m = [part.voxel_m for part in seen]
     run.warn(
         f"piles were measured part by part ({len(seen)}), on voxels of {min(edges_m):.2g} m"
@@ -219,27 +222,40 @@ def _found(overview: Overview, window: Window, cloud: Cloud) -> tuple[list[Descr
     return describe(measured, frame, Rounding.of(cloud, frame.pose, scan), s), s
 
 
-def _with_cut(overview: Overview, whole: list[Sighting], cut: list[Sighting]) -> list[Sighting]:
-    """Add what runs out of every window that shows it, and was not found in the whole survey."""
-    least_m = 0.5 * AROUND * overview.blocks.voxel_m
+def _with_cut(
+    overview: Overview, whole: list[Sighting], cut: list[Sighting], most: int, run: Progress
+) -> list[Sighting]:
+    """Add piles that run out of every window that shows them, and were not found in the whole.
+
+    Windows are opened wider around them, not many more than there were: on a hillside all windows
+    show something that seems to go on.
+    """
+    least_m, left_out = 0.5 * AROUND * overview.blocks.voxel_m, 0
     for piece in sorted(cut, key=lambda one: one.rank):
-        is_large = longer_m(piece.box_m) >= least_m
-        if is_large and not is_among(piece, whole):
-            whole = every_one_once([*whole, *_around(overview, piece)])
+        is_pile = piece.found.pile.reason is None and longer_m(piece.box_m) >= least_m
+        if not is_pile or is_among(piece, whole):
+            continue
+        found, used = _around(overview, piece) if most > 0 else (None, 0)
+        most -= used
+        left_out += found is None
+        whole = every_one_once([*whole, *(found or ())])
+    if left_out:
+        run.warn(f"{left_out} parts of something that goes on beyond its windows were not measured")
     return whole
 
 
-def _around(overview: Overview, piece: Sighting) -> list[Sighting]:
-    """Return what wider windows around a piece of an object show, in the end even if it is cut."""
-    box_m, seen = piece.box_m, [piece]
-    for _ in range(WIDER):
-        window = around(grown(box_m, longer_m(box_m)), overview.blocks.voxel_m)
-        shown = _shown(overview, window)
+def _around(overview: Overview, piece: Sighting) -> tuple[list[Sighting] | None, int]:
+    """Return what wider windows around a part of an object hold, and how many were opened.
+
+    That is None where the object goes on beyond the widest.
+    """
+    box_m = piece.box_m
+    for used in range(1, WIDER + 1):
+        shown = _shown(overview, around(grown(box_m, longer_m(box_m)), overview.blocks.voxel_m))
         if shown is None:
-            return []
-        seen = [one for one in [*shown.whole, *shown.cut] if overlap(one.box_m, piece.box_m)]
-        beyond = [one.box_m for one in seen if one.is_cut]
+            return [], used
+        beyond = [one.box_m for one in shown.cut if overlap(one.box_m, piece.box_m)]
         if not beyond:
-            return shown.whole
+            return shown.whole, used
         box_m = joined([box_m, *beyond])
-    return seen
+    return None, WIDER

@@ -39,7 +39,7 @@ mod _native {
     #[pymodule_export]
     use crate::hdbscan::hdbscan;
     #[pymodule_export]
-    use crate::heap::share_heap;
+    use crate::heap::{share_heap, trim_heap};
     #[pymodule_export]
     use crate::heightmap::{RawHeightMap, height_map, integrate};
     #[pymodule_export]
