@@ -86,6 +86,7 @@ def measured(path: Path, site: Site) -> dict[str, Any]:
     began = time.perf_counter()
     report = divespot.measure(path)
     took = time.perf_counter() - began
+    used = resource.getrusage(resource.RUSAGE_SELF)
     at = np.array([pile.centroid_m[:2] for pile in report.piles]) - CORNER_M[:2]
     errors, inside = [], 0
     for number, middle in enumerate(site.middles_m()):
@@ -106,7 +107,8 @@ def measured(path: Path, site: Site) -> dict[str, Any]:
         "worst": max(errors),
         "wall_s": took,
         "windows_s": report.timings_s["windows"],
-        "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "cpu_s": used.ru_utime + used.ru_stime,
+        "peak_mb": used.ru_maxrss / 1024,
         "told": [text for text in report.warnings if "voxels" in text],
     }
 
@@ -121,7 +123,7 @@ def print_site(name: str, folder: Path) -> None:
     got = json.loads(ended.stdout.splitlines()[-1])
     print(
         f"{name}: {got['points']} points, {got['wall_s']:.0f} s, of it windows "
-        f"{got['windows_s']:.0f} s, {got['peak_mb']:.0f} MB\n"
+        f"{got['windows_s']:.0f} s, {got['cpu_s']:.0f} CPU s, {got['peak_mb']:.0f} MB\n"
         f"    {got['found']} of {got['of']} piles and {got['piles'] - got['found']} others, errors "
         f"{got['mean']:.2%}, at most {got['worst']:.2%}, {got['inside']} inside u95"
     )

@@ -29,6 +29,8 @@ from divespot.surface import find_surface, map_heights
 from divespot.windows import AROUND, Window, around, box_of, grown, joined, longer_m, overlap, tiles
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from divespot.bases import Bases
@@ -146,25 +148,28 @@ def measure_windows(
         Those of the window with the most points.
 
     """
-    windows = _windows(overview, found)
-    shown = []
+    shown = list(_each(overview, _windows(overview, found), run))
+    if not shown:
+        return found, overview.settings
+    whole = [one for part in shown for one in part.whole]
+    if not overview.regions:
+        cut = [one for part in shown for one in part.cut]
+        whole = _with_cut(overview, every_one_once(whole), cut, len(shown), run)
+    edges_m = [part.voxel_m for part in shown]
+    least, most = min(edges_m), max(edges_m)
+    to = f" to {most:.2g} m" if most > least else ""
+    run.warn(f"piles were measured part by part ({len(shown)}), on voxels of {least:.2g} m{to}")
+    return [one.found for one in whole], max(shown, key=lambda part: part.points).settings
+
+
+def _each(overview: Overview, windows: list[Window], run: Progress) -> Iterator[Shown]:
+    """Yield what each window shows in which anything can be measured."""
     for number, window in enumerate(windows, 1):
         run.tell(f"windows, {number} of {len(windows)}")
-        shown.append(_shown(overview, window))
+        shown = _shown(overview, window)
         _native.trim_heap()
-    seen = [one for one in shown if one is not None]
-    if not seen:
-        return found, overview.settings
-    whole = [one for part in seen for one in part.whole]
-    if not overview.regions:
-        cut = [one for part in seen for one in part.cut]
-        whole = _with_cut(overview, every_one_once(whole), cut, len(windows), run)
-    edges_m = [part.voxel_m for part in seen]
-    run.warn(
-        f"piles were measured part by part ({len(seen)}), on voxels of {min(edges_m):.2g} m"
-        + (f" to {max(edges_m):.2g} m" if max(edges_m) > min(edges_m) else "")
-    )
-    return [one.found for one in whole], max(seen, key=lambda part: part.points).settings
+        if shown is not None:
+            yield shown
 
 
 def _windows(overview: Overview, found: list[Described]) -> list[Window]:

@@ -92,8 +92,8 @@ def joined(boxes_m: Iterable[Box]) -> Box:
 
 def overlap(one: Box, other: Box) -> bool:
     """Return whether two boxes share a place."""
-    low, high = np.maximum(one[:2], other[:2]), np.minimum(one[2:], other[2:])
-    return bool((low <= high).all())
+    along_x = one[0] <= other[2] and other[0] <= one[2]
+    return along_x and one[1] <= other[3] and other[1] <= one[3]
 
 
 def longer_m(box_m: Box) -> float:
