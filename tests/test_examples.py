@@ -67,7 +67,7 @@ def test_scripts_run(
 
 
 #: Public functions that need no example: what is drawn on is in the example beside it.
-WITHOUT = {"figure", "scene_named"}
+WITHOUT = {"figure"}
 
 
 def functions(module: ModuleType) -> dict[str, Any]:
