@@ -47,7 +47,9 @@ def _cells(source: Any, size: int, wanted: Wanted) -> RawCloud:  # noqa: ANN401 
     """Return the middle of each cell; a cell without data has no height."""
     kind = np.dtype(source.dtypes[0])
     if kind.kind not in "iuf" or kind.itemsize == 1:
-        raise DivespotError(f"it is a picture, {source.count} bands of {kind}: heights are needed")
+        raise DivespotError(
+            f"it holds {source.count} bands of {kind}, a picture: heights are needed"
+        )
     require_size(source.width * source.height * kind.itemsize, size)
     if source.transform.is_identity:
         raise DivespotError("it does not say where its cells lie: a georeferenced raster is needed")
