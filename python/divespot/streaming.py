@@ -19,6 +19,7 @@ from divespot.io.las_stretches import stretches_of
 from divespot.io.merge import merged, paths_of
 from divespot.io.no_data import without_no_data
 from divespot.io.scan import Streamed
+from divespot.io.wanted import Wanted
 from divespot.log import log
 from divespot.one_pass import Pass, Plan
 from divespot.spacing import survey
@@ -79,24 +80,32 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
     files = [told for told in found if not isinstance(told, str)]
     if not files:
         raise DivespotError(left_out[0])
-    looks = [look for look, _ in files]
-    sample, wanted = merged(looks), wanted_of(settings)
-    plan = wanted.rectangle(sample.crs, *_box(looks))
-    near = [told for told in files if _meets(told[0], plan)]
-    if not near:  # of outlines that lie elsewhere it is said where they are measured inside of
-        near, plan = files, plan if settings.crop else None
-    parts = [stretch for _, own in near for stretch in own]
+    sample = merged([look for look, _ in files])
+    plan, near = _near(files, sample.crs, settings)
+    parts = tuple(stretch for _, own in near for stretch in own)
     seen = np.concatenate([look.points for look, _ in near])
     within = _corners(settings, plan, UNITS[sample.unit])
-    points = sum(stretch.count for stretch in parts)
-    origin_m, spacing_m, voxel_m = _voxels(seen, within, points, settings)
-    metres = looks[0].whole.metres if looks[0].whole else (1.0, 1.0, 1.0)
+    origin_m, spacing_m, voxel_m = _voxels(seen, within, sum(one.count for one in parts), settings)
     # An earlier scan is held whole, and held against the whole of this one.
     is_fine = voxel_m > spacing_m and not settings.base.startswith("surface=")
     fine_m = spacing_m if is_fine else None
-    alone = replace(wanted, plan=None)
-    way = Pass(origin_m, voxel_m, fine_m, metres, alone, within, skip_damaged=skip_damaged)
-    return Plan(tuple(parts), way, sample, tuple(left_out))
+    metres = sample.whole.metres if sample.whole else (1.0, 1.0, 1.0)
+    wanted = Wanted.of(None, settings.classes, settings.returns)
+    way = Pass(origin_m, voxel_m, fine_m, metres, wanted, within, skip_damaged=skip_damaged)
+    return Plan(parts, way, sample, tuple(left_out))
+
+
+def _near(
+    files: Sequence[tuple[Scan, list[Stretch]]], crs: str | None, settings: Settings
+) -> tuple[Rectangle | None, Sequence[tuple[Scan, list[Stretch]]]]:
+    """Return the rectangle that is read, if it is one, and the files with points in it."""
+    looks = [look for look, _ in files]
+    plan = wanted_of(settings).rectangle(crs, *_box(looks))
+    near = [told for told in files if _meets(told[0], plan)]
+    if near or settings.crop is not None:
+        return plan, near or files
+    # Of outlines that lie elsewhere it is said where they are measured inside of.
+    return None, files
 
 
 def _found(
