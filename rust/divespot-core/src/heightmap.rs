@@ -239,7 +239,8 @@ pub fn height_map_of<'a>(
 /// No points.
 pub fn bounds<'a>(points: impl Into<Places<'a>>) -> Result<Bounds> {
     let none = Error::TooFewPoints { what: "a height map", given: 0, needed: 1 };
-    Bounds::of(points.into().iter()).ok_or(none)
+    let points = points.into();
+    points.ends(0..points.len()).map(|[min, max]| Bounds { min, max }).ok_or(none)
 }
 
 /// The points, averaged by cell.

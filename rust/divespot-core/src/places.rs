@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::Point;
+use crate::{Bounds, Point};
 
 /// Points and an origin: they read like a copy relative to the origin.
 ///
@@ -50,6 +50,12 @@ impl<'a> Places<'a> {
     #[inline]
     pub(crate) fn at(&self, row: usize) -> Point {
         from(self.origin, &self.points[row])
+    }
+
+    /// The lowest and the highest coordinates of some rows.
+    pub(crate) fn ends(&self, rows: Range<usize>) -> Option<[Point; 2]> {
+        let bounds = Bounds::of_row(&self.points[rows])?;
+        Some([bounds.min, bounds.max].map(|p| from(self.origin, &p)))
     }
 
     #[inline]
