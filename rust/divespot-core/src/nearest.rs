@@ -47,12 +47,25 @@ impl<'a> KdTree<'a> {
     /// The `count` positions nearest to `at` with their squared distances in m², nearest first;
     /// ties go to the lowest coordinates.
     pub(crate) fn nearest(&self, at: &Point, count: usize) -> Vec<(f64, Point)> {
-        self.found(at, count).into_iter().map(|(distance, p, _)| (distance, p)).collect()
+        let found = self.found(at, count).into_iter();
+        found.map(|(distance, row)| (distance, self.points[row as usize])).collect()
     }
 
     /// The rows of the `count` nearest positions, in the same order; equal positions by row.
     pub(crate) fn nearest_rows(&self, at: &Point, count: usize) -> Vec<u32> {
-        self.found(at, count).into_iter().map(|(_, _, row)| row).collect()
+        self.found(at, count).into_iter().map(|(_, row)| row).collect()
+    }
+
+    /// The numbers of some places, those in a leaf one after the other: what is looked at around them
+    /// is still at hand.
+    pub(crate) fn leaf_by_leaf(&self, places: &[Point]) -> Vec<u32> {
+        let mut homes = vec![0; places.len()];
+        for (homes, places) in homes.chunks_mut(ABREAST).zip(places.chunks(ABREAST)) {
+            find_homes(&self.splits, homes, places);
+        }
+        let mut numbers: Vec<u32> = (0..places.len() as u32).collect();
+        numbers.sort_unstable_by_key(|&i| (homes[i as usize], i));
+        numbers
     }
 
     fn found(&self, at: &Point, count: usize) -> Vec<Found> {
@@ -67,8 +80,8 @@ impl<'a> KdTree<'a> {
     }
 }
 
-/// Squared distance, position and row.
-type Found = (f64, Point, u32);
+/// Squared distance and row.
+type Found = (f64, u32);
 
 struct Search<'a> {
     tree: &'a KdTree<'a>,
@@ -107,18 +120,20 @@ impl Search<'_> {
     fn offer(&mut self, row: u32) {
         let p = &self.tree.points[row as usize];
         let distance = square(std::array::from_fn(|k| p[k] - self.at[k]));
-        if self.full() && distance > self.worst() {
-            return;
+        let new = (distance, row);
+        let is_before = |other: &Found| match distance.partial_cmp(&other.0) {
+            Some(Ordering::Equal) => (p, row) < (&self.tree.points[other.1 as usize], other.1),
+            order => order == Some(Ordering::Less),
+        };
+        if self.full() {
+            if !self.found.last().is_some_and(is_before) {
+                return;
+            }
+            self.found.pop();
         }
-        let new = (distance, *p, row);
-        let place = self.found.partition_point(|other| compare(other, &new) == Ordering::Less);
+        let place = self.found.iter().rposition(|other| !is_before(other)).map_or(0, |k| k + 1);
         self.found.insert(place, new);
-        self.found.truncate(self.count);
     }
-}
-
-fn compare(a: &Found, b: &Found) -> Ordering {
-    a.partial_cmp(b).unwrap_or(Ordering::Equal)
 }
 
 #[inline]
@@ -192,7 +207,7 @@ mod tests {
     fn slow(points: &[Point], at: &Point, count: usize) -> Vec<(f64, Point)> {
         let away = |p: &Point| square(std::array::from_fn(|k| p[k] - at[k]));
         let mut all: Vec<(f64, Point)> = points.iter().map(|p| (away(p), *p)).collect();
-        all.sort_by(|a, b| compare(&(a.0, a.1, 0), &(b.0, b.1, 0)));
+        all.sort_by(|a, b| a.partial_cmp(b).unwrap());
         all.truncate(count);
         all
     }
@@ -201,6 +216,18 @@ mod tests {
     fn cloud(count: u64, levels: [u64; 3]) -> Vec<Point> {
         let coordinate = |i: u64, k: usize| (mix(3 * i + k as u64) % levels[k]) as f64 / 1000.0;
         (0..count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect()
+    }
+
+    #[test]
+    fn leaf_by_leaf_comes_every_place_once() {
+        let points = cloud(700, [1000; 3]);
+        let tree = KdTree::new(&points, 16, 1);
+        let numbers = tree.leaf_by_leaf(&points);
+        let leaf = |number| (0..tree.ends.len()).find(|&leaf| tree.leaf(leaf).contains(number));
+        assert!(numbers.iter().map(leaf).is_sorted());
+        let mut sorted = numbers;
+        sorted.sort_unstable();
+        assert!(sorted.into_iter().eq(0..700));
     }
 
     #[test]

@@ -129,11 +129,17 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
     let largest = || Bounds::of_all(points, threads).map_or(0.0, |b| b.largest());
     let draw = || (Fixed::new(largest(), 32), sample(points, SURVEYED, seed, threads));
     let (tree, (fixed, asked)) = both(threads, || KdTree::new(points, LEAF, threads), draw);
-    let look = |p: &Point| look(*p, &tree.nearest(p, NEIGHBORS), fixed);
+    let look = |&i: &u32| {
+        let p = &asked[i as usize];
+        (i, look(*p, &tree.nearest(p, NEIGHBORS), fixed))
+    };
+    let numbers = tree.leaf_by_leaf(&asked);
     let parts = map_chunks(asked.len(), CHUNK, threads, |range| {
-        asked[range].iter().map(look).collect::<Vec<_>>()
+        numbers[range].iter().map(look).collect::<Vec<_>>()
     });
-    Ok(parts.into_iter().flatten().collect())
+    let mut seen: Vec<(u32, Neighborhood)> = parts.into_iter().flatten().collect();
+    seen.sort_unstable_by_key(|(i, _)| *i);
+    Ok(seen.into_iter().map(|(_, neighborhood)| neighborhood).collect())
 }
 
 /// The point spacing of [`survey`], in m.
