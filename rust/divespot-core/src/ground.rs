@@ -12,10 +12,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::count::to_f64;
 use crate::error::Result;
+use crate::parallel::{both, map_each};
 use crate::plane::{Cone, Plane, Settings, fit_plane, settled, with_score};
 use crate::pose::{hull_area, rotate, rotation_to_z};
 use crate::survey::Normal;
-use crate::{Error, Places, Point};
+use crate::{Error, Places, Point, thread_count};
 
 /// Most planes that are compared; a room has five. Chosen.
 const CANDIDATES: usize = 6;
@@ -146,7 +147,9 @@ pub fn find_ground<'a>(
         Some(_) => (scene.best(scene.candidates(settings.cone)?)?, Up::Given),
         None => scene.unaided()?,
     };
-    let doubted = scene.score(&turned(plane)) > scene.score(&plane);
+    let score = |plane| scene.score(&plane);
+    let (other, own) = both(settings.threads, || score(turned(plane)), || score(plane));
+    let doubted = other > own;
     let tight = Cone { axis: plane.normal, half_angle_rad: 0.1 };
     let plane = settled(points, &scored, plane, &Settings { cone: Some(tight), ..*settings });
     Ok(Ground { plane, up, doubted })
@@ -247,8 +250,9 @@ impl Scene<'_> {
     }
 
     fn best(&self, planes: Vec<Plane>) -> Result<Plane> {
-        let scored = planes.into_iter().map(|plane| (self.score(&plane), plane));
-        let best = scored.max_by(|a, b| a.0.total_cmp(&b.0));
+        let threads = thread_count(self.settings.threads);
+        let scores = map_each(&planes, threads, |plane| self.score(plane));
+        let best = scores.into_iter().zip(planes).max_by(|a, b| a.0.total_cmp(&b.0));
         best.map(|(_, plane)| plane).ok_or(Error::Degenerate("no plane goes through the points"))
     }
 

@@ -16,6 +16,8 @@ use crate::{Bounds, Places, Point, thread_count};
 const SCORED: usize = 4096;
 /// Points scored between two comparisons with the best score. Decides no answer.
 const BLOCK: usize = 256;
+/// Hypotheses scored side by side, so that no sum waits for its predecessor. Decides no answer.
+const ABREAST: usize = 4;
 /// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 14;
 /// Fewest hypotheses, whatever the support; and accepted probability of missing the best plane.
@@ -144,15 +146,18 @@ fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
     let (mut i, mut enough) = (0, settings.hypotheses);
     while i < enough {
         poll();
-        let plane = hypothesis(drawn, settings, u64::from(i));
+        let planes = std::array::from_fn(|k| hypothesis(drawn, settings, u64::from(i) + k as u64));
         let bound = best.map_or(f64::INFINITY, |(cost, _)| cost);
-        let cost = plane.map_or(bound, |p| msac(drawn, &p, settings.threshold_m, bound));
-        if let Some(plane) = plane.filter(|_| cost < bound) {
-            best = Some((cost, plane));
-            let further = still_needed(drawn, &plane, settings.threshold_m);
-            enough = i.saturating_add(further).max(LEAST_HYPOTHESES).min(settings.hypotheses);
+        let costs = msac(drawn, &planes, settings.threshold_m, bound);
+        for (plane, cost) in planes.into_iter().zip(costs) {
+            let least = best.map_or(f64::INFINITY, |(least, _)| least);
+            if let Some(plane) = plane.filter(|_| i < enough && cost < least) {
+                best = Some((cost, plane));
+                let further = still_needed(drawn, &plane, settings.threshold_m);
+                enough = i.saturating_add(further).max(LEAST_HYPOTHESES).min(settings.hypotheses);
+            }
+            i = i.saturating_add(1);
         }
-        i += 1;
     }
     let reason = if settings.cone.is_some() {
         "no plane within the admissible tilt goes through the points"
@@ -204,17 +209,34 @@ fn oriented(normal: Vector3<f64>, on: &Vector3<f64>, cone: Option<Cone>) -> Opti
     Some((normal.into(), normal.dot(on)))
 }
 
-/// Sum of squared distances in m², each capped at the squared threshold; stops above `bound`.
-fn msac(drawn: &[Point], plane: &Plane, threshold_m: f64, bound: f64) -> f64 {
+/// For each plane the sum of squared distances in m², each capped at the squared threshold; stops
+/// once all are above `bound`.
+fn msac(
+    drawn: &[Point],
+    planes: &[Option<Plane>; ABREAST],
+    threshold_m: f64,
+    bound: f64,
+) -> [f64; ABREAST] {
     let most = threshold_m * threshold_m;
-    let mut cost = 0.0;
+    let axis = |axis: usize| planes.map(|plane| plane.map_or(0.0, |plane| plane.normal[axis]));
+    let (a, b, c) = (axis(0), axis(1), axis(2));
+    let offset = planes.map(|plane| plane.map_or(f64::INFINITY, |plane| plane.offset_m));
+    let mut costs = [0.0; ABREAST];
     for block in drawn.chunks(BLOCK) {
-        cost += block.iter().map(|p| plane.height(p)).map(|d| (d * d).min(most)).sum::<f64>();
-        if cost >= bound {
+        let mut sums = [0.0; ABREAST];
+        for [x, y, z] in block {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                let height = a[k] * x + b[k] * y + c[k] * z - offset[k];
+                let square = height * height;
+                *sum += if square < most { square } else { most };
+            }
+        }
+        costs.iter_mut().zip(sums).for_each(|(cost, sum)| *cost += sum);
+        if costs.iter().all(|&cost| cost >= bound) {
             break;
         }
     }
-    cost
+    costs
 }
 
 /// The least-squares plane of all points near `plane`; `None` if it leaves the cone.
@@ -254,6 +276,36 @@ mod tests {
         let floor = fit_plane(&points, &Settings { cone, ..settings() }).unwrap();
         assert!(floor.normal[2] < -0.9999, "{floor:?}");
         assert!(floor.inliers >= 2000 && floor.rms_m < 0.004);
+    }
+
+    /// The best of all hypotheses as far as they are needed, one after the other.
+    fn one_by_one(drawn: &[Point], settings: &Settings) -> Option<Plane> {
+        let mut best: Option<(f64, Plane)> = None;
+        let (mut i, mut enough) = (0, settings.hypotheses);
+        while i < enough {
+            let scored = hypothesis(drawn, settings, u64::from(i)).map(|plane| {
+                let alone = [Some(plane), None, None, None];
+                (msac(drawn, &alone, settings.threshold_m, f64::INFINITY)[0], plane)
+            });
+            if let Some(found) = scored.filter(|found| best.is_none_or(|b| found.0 < b.0)) {
+                best = Some(found);
+                let further = still_needed(drawn, &found.1, settings.threshold_m);
+                enough = (i + further).max(LEAST_HYPOTHESES).min(settings.hypotheses);
+            }
+            i += 1;
+        }
+        best.map(|(_, plane)| plane)
+    }
+
+    #[test]
+    fn hypotheses_side_by_side_give_what_one_after_the_other_gives() {
+        let points = floor_and_wall();
+        for (seed, hypotheses) in (0..20).zip([1, 2, 3, 5, 100, 101, 102, 103, 499, 500]) {
+            let settings = Settings { seed, hypotheses, ..settings() };
+            let bits = |plane: Plane| (plane.normal, plane.offset_m);
+            let found = best_hypothesis(&points, &settings).ok().map(bits);
+            assert_eq!(found, one_by_one(&points, &settings).map(bits), "{hypotheses}");
+        }
     }
 
     #[test]

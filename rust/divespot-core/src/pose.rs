@@ -131,6 +131,7 @@ pub fn level(
     });
 }
 
+#[inline]
 fn times(rotation: &Rotation, p: &Point) -> Point {
     rotation.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2])
 }
