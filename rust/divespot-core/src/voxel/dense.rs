@@ -2,12 +2,12 @@
 //!
 //! The rank of an occupied voxel is the number of bits set before its own.
 
-use std::ops::Range;
+use std::iter::repeat;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::Places;
 use crate::cancel::Polled;
-use crate::parallel::{fill_chunks, share};
-use crate::{Places, Point};
+use crate::parallel::{fill_chunks, map_chunks, share, split_by};
 
 use super::lattice::{Grid, VoxelSums, Voxels};
 
@@ -28,6 +28,11 @@ impl Word {
     #[inline]
     fn rank(&self, bit: u32) -> usize {
         (self.before + (self.bits & ((1 << bit) - 1)).count_ones()) as usize
+    }
+
+    /// How many voxels come before the next word's.
+    fn end(&self) -> usize {
+        (self.before + self.bits.count_ones()) as usize
     }
 
     /// The bits that are set, in ascending order.
@@ -53,9 +58,10 @@ impl Layout {
         ((z * self.rows + y) * self.across * 64 + x) as u32
     }
 
-    fn cell(&self, word: usize, bit: u32) -> [u64; 3] {
+    /// The cell of a word's first bit.
+    fn first_cell(&self, word: usize) -> [u64; 3] {
         let (row, word) = (word as u64 / self.across, word as u64 % self.across);
-        [word * 64 + u64::from(bit), row % self.rows, row / self.rows]
+        [word * 64, row % self.rows, row / self.rows]
     }
 }
 
@@ -72,18 +78,14 @@ pub(super) fn voxels(
     if words > MOST_WORDS.min(points.len() as u64) {
         return None;
     }
-    let (bits, words) = mark(points, *grid, layout, words as usize, threads);
-    let count = words.last().map_or(0, |last| last.rank(63) + (last.bits >> 63) as usize);
-    let mut rows = vec![0; if with_rows { points.len() } else { 0 }];
-    fill_chunks(&mut rows, CHUNK, threads, |first, piece| {
-        for (row, bit) in piece.iter_mut().zip(&bits[first..]) {
-            *row = words[(bit / 64) as usize].rank(bit % 64) as u32;
-        }
+    let (mut rows, words) = mark(points, *grid, layout, words as usize, threads);
+    fill_chunks(&mut rows, CHUNK, threads, |_, bits| {
+        bits.iter_mut().for_each(|bit| *bit = words[(*bit / 64) as usize].rank(*bit % 64) as u32);
     });
-    let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count] };
-    let slabs = slabs_of(&words, &mut voxels, threads);
-    share(slabs.into_iter(), threads, |slab| slab.fill(points, &bits, &words, grid, &layout));
-    Some((voxels, rows))
+    let count = words.last().map_or(0, Word::end);
+    let parts = sums(points, &rows, count, grid, threads);
+    let voxels = averaged(&words, &parts, count, grid, layout, threads);
+    Some((voxels, if with_rows { rows } else { Vec::new() }))
 }
 
 /// The bit of each point's cell, and all words.
@@ -118,48 +120,48 @@ fn mark(
     (bits, marks.into_iter().map(word).collect())
 }
 
-/// Some consecutive words and their output, for one thread.
-struct Slab<'a> {
-    words: Range<usize>,
-    means: &'a mut [Point],
-    counts: &'a mut [u32],
+/// Partial sums of each voxel, one part a thread, or fewer where parts would take more memory than
+/// one sum a point.
+fn sums(
+    points: Places<'_>,
+    rows: &[u32],
+    count: usize,
+    grid: &Grid,
+    threads: usize,
+) -> Vec<Vec<VoxelSums>> {
+    let parts = (points.len() / count.max(1)).clamp(1, threads);
+    map_chunks(points.len(), points.len().div_ceil(parts), threads, |range| {
+        let mut sums = vec![VoxelSums::default(); count];
+        for (&row, p) in rows[range.clone()].iter().zip(points.within(range)).polled() {
+            sums[row as usize].add(grid.inside(grid.cell(&p), &p));
+        }
+        sums
+    })
 }
 
-/// One slab for each thread, with roughly equal numbers of voxels.
-fn slabs_of<'a>(words: &[Word], out: &'a mut Voxels, threads: usize) -> Vec<Slab<'a>> {
-    let count = out.counts.len();
-    let (mut means, mut counts) = (&mut out.means[..], &mut out.counts[..]);
-    let mut first = 0;
-    let take = |thread: usize| {
-        let end = count * (thread + 1) / threads;
-        let after = words.partition_point(|word| (word.before as usize) < end);
-        let size =
-            words.get(after).map_or(count, |word| word.before as usize) + means.len() - count;
-        Slab {
-            words: std::mem::replace(&mut first, after)..after,
-            means: means.split_off_mut(..size).unwrap_or_default(),
-            counts: counts.split_off_mut(..size).unwrap_or_default(),
+/// The means of the occupied voxels, from partial sums.
+fn averaged(
+    words: &[Word],
+    parts: &[Vec<VoxelSums>],
+    count: usize,
+    grid: &Grid,
+    layout: Layout,
+    threads: usize,
+) -> Voxels {
+    let mut voxels = Voxels { means: vec![[0.0; 3]; count], counts: vec![0; count] };
+    let pieces = words.chunks(CHUNK);
+    let held = |piece: &[Word]| piece[piece.len() - 1].end() - piece[0].before as usize;
+    let means = split_by(&mut voxels.means, pieces.clone().map(held));
+    let counts = split_by(&mut voxels.counts, pieces.clone().map(held));
+    let out = pieces.zip(means).zip(counts).enumerate();
+    share(out, threads, |(i, ((piece, means), counts))| {
+        let words = piece.iter().zip(i * CHUNK..);
+        let cells = words.flat_map(|(word, at)| word.set().zip(repeat(layout.first_cell(at))));
+        let ranked = (piece[0].before as usize..).zip(cells);
+        for ((mean, count), (rank, (bit, [x, y, z]))) in means.iter_mut().zip(counts).zip(ranked) {
+            let sums = parts.iter().fold(VoxelSums::default(), |all, part| all.and(&part[rank]));
+            (*mean, *count) = (sums.mean(grid, [x + u64::from(bit), y, z]), sums.count);
         }
-    };
-    (0..threads).map(take).collect()
-}
-
-impl Slab<'_> {
-    /// VoxelSums the points of these voxels and writes their means.
-    fn fill(self, points: Places<'_>, bits: &[u32], words: &[Word], grid: &Grid, layout: &Layout) {
-        let Some(first) = words.get(self.words.start) else { return };
-        let mut sums = vec![VoxelSums::default(); self.counts.len()];
-        for (bit, p) in bits.iter().zip(points.iter()).polled() {
-            let word = (bit / 64) as usize;
-            if self.words.contains(&word) {
-                let rank = words[word].rank(bit % 64) - first.before as usize;
-                sums[rank].add(grid.inside(grid.cell(&p), &p));
-            }
-        }
-        let cells = self.words.flat_map(|w| words[w].set().map(move |bit| layout.cell(w, bit)));
-        let out = self.means.iter_mut().zip(self.counts).zip(cells.zip(&sums));
-        for ((mean, count), (cell, sums)) in out.polled() {
-            (*mean, *count) = (sums.mean(grid, cell), sums.count);
-        }
-    }
+    });
+    voxels
 }

@@ -84,6 +84,13 @@ impl VoxelSums {
         self.count += 1;
     }
 
+    /// The sums of both.
+    pub(super) fn and(mut self, other: &Self) -> Self {
+        (0..3).for_each(|k| self.xyz[k] += other.xyz[k]);
+        self.count += other.count;
+        self
+    }
+
     pub(super) fn mean(&self, grid: &Grid, cell: [u64; 3]) -> Point {
         let corner = grid.corner(cell);
         let inside = self.xyz.map(|sum| grid.fixed.mean(sum as f64, self.count));
