@@ -91,7 +91,9 @@ def _surface_level(
     found = _native.hills(heights_m, by * grid.cell_m, with_holes, settings.threads)
 
     def fine(values: NDArray[Any]) -> NDArray[Any]:
-        blocks = values.reshape(heights_m.shape).repeat(by, axis=0).repeat(by, axis=1)
+        blocks = values.reshape(heights_m.shape)
+        if by > 1:
+            blocks = blocks.repeat(by, axis=0).repeat(by, axis=1)
         return np.ascontiguousarray(blocks[:rows, :columns])
 
     def level(height_m: float, hills: Hills, upside_down: GroundLevel | None) -> GroundLevel:

@@ -106,11 +106,12 @@ def _apart(
     """
     thin, counts, voxel = voxels
     cluster = labels + 1
-    reached = np.bincount(cluster, np.bincount(voxel[is_on], minlength=len(thin)))
+    # Several times faster than voxel[is_on].
+    reached = np.bincount(cluster, np.bincount(voxel.compress(is_on), minlength=len(thin)))
     held = np.bincount(cluster, counts)
     apart = reached < MUCH * np.minimum(held, is_on.sum())
     apart[0] = False
-    return np.asarray(apart[cluster][voxel])
+    return np.asarray(apart[cluster][voxel]) if apart.any() else np.zeros(len(voxel), np.bool_)
 
 
 def _cells(points: NDArray[np.float64], cell_m: float) -> int:

@@ -28,16 +28,17 @@ impl Slopes {
         let noise_m = cell_noise(grid, heights_m);
         let reach = reach_of(grid, noise_m);
         let sums = SummedArea::of(grid, heights_m);
-        let k = reach.cast_signed();
+        let half = to_f64(reach * (2 * reach + 1));
         let run = to_f64(reach + 1) * grid.cell_m;
-        let slope = |at: (usize, usize)| {
-            let mean = |columns, rows| sums.mean(at, columns, rows);
-            let along = mean((1, k), (-k, k)) - mean((-k, -1), (-k, k));
-            let across = mean((-k, k), (1, k)) - mean((-k, k), (-k, -1));
+        let slope = |columns: &Span, rows: &Span| {
+            let mean = |columns, rows| sums.mean(columns, rows, half);
+            let along = mean(columns.after, rows.all) - mean(columns.before, rows.all);
+            let across = mean(columns.all, rows.after) - mean(columns.all, rows.before);
             [along / run, across / run]
         };
-        let places = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |c| (c, row)));
-        let slopes: Vec<[f64; 2]> = places.polled().map(slope).collect();
+        let (columns, rows) = (Span::all(grid.columns, reach), Span::all(grid.rows, reach));
+        let line = |row| columns.iter().map(move |column| slope(column, row));
+        let slopes: Vec<[f64; 2]> = rows.iter().polled().flat_map(line).collect();
         let tilt = tilt_of(&slopes);
         let gentle = |s: &[f64; 2]| (s[0] - tilt[0]).hypotenuse(s[1] - tilt[1]) <= GENTLE;
         Self { reach, noise_m, gentle: slopes.iter().map(gentle).collect() }
@@ -70,6 +71,27 @@ fn cell_noise(grid: &Grid, heights_m: &[f64]) -> f64 {
     scale(bends.filter(|b| !b.is_nan())) / 6.0_f64.sqrt()
 }
 
+/// First column (or row) of a range, and the one after its last.
+type Ends = (usize, usize);
+
+/// Columns (or rows) of the window around one, clipped to the grid: all, and those on either side.
+struct Span {
+    all: Ends,
+    before: Ends,
+    after: Ends,
+}
+
+impl Span {
+    /// The window of half-width `reach` around each of `count` columns.
+    fn all(count: usize, reach: usize) -> Vec<Self> {
+        let around = |at: usize| {
+            let (first, end) = (at.saturating_sub(reach), (at + reach + 1).min(count));
+            Self { all: (first, end), before: (first, at), after: (at + 1, end) }
+        };
+        (0..count).map(around).collect()
+    }
+}
+
 /// Summed-area table of the seen heights and of their number.
 struct SummedArea<'a> {
     grid: &'a Grid,
@@ -94,23 +116,11 @@ impl<'a> SummedArea<'a> {
         Self { grid, sums }
     }
 
-    /// Mean over the cells from `columns.0` to `columns.1` and `rows.0` to `rows.1` relative to a
-    /// column and row; NaN if fewer than half of them were seen.
-    fn mean(
-        &self,
-        (column, row): (usize, usize),
-        columns: (isize, isize),
-        rows: (isize, isize),
-    ) -> f64 {
-        let clip = |at: usize, (low, high): (isize, isize), size: usize| {
-            (at.saturating_add_signed(low).min(size), at.saturating_add_signed(high + 1).min(size))
-        };
-        let ((x0, x1), (y0, y1)) =
-            (clip(column, columns, self.grid.columns), clip(row, rows, self.grid.rows));
+    /// Mean over some columns and rows; NaN if fewer than half of `cells` cells were seen.
+    fn mean(&self, (x0, x1): Ends, (y0, y1): Ends, cells: f64) -> f64 {
         let at = |x: usize, y: usize| self.sums[y * (self.grid.columns + 1) + x];
         let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
         let (sum, count) = (d.0 - b.0 - c.0 + a.0, d.1 - b.1 - c.1 + a.1);
-        let cells = ((columns.1 - columns.0 + 1) * (rows.1 - rows.0 + 1)) as f64;
         if 2.0 * count >= cells { sum / count } else { f64::NAN }
     }
 }

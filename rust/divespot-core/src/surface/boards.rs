@@ -188,14 +188,17 @@ impl<'a> Relief<'a> {
     /// Whether a cell is higher above the one `steps` away than material stands.
     fn drops(&self, cell: usize, (dx, dy): (isize, isize), steps: isize) -> Option<bool> {
         let n = self.grid.neighbor(cell, steps * dx, steps * dy)?;
-        Some(self.drops_to(cell, n, (dx, dy), steps))
+        Some(self.drops_to(cell, n, self.most_m((dx, dy), steps)))
     }
 
-    fn drops_to(&self, cell: usize, n: usize, way: (isize, isize), steps: isize) -> bool {
+    /// What material drops by, at most, so many steps away.
+    fn most_m(&self, way: (isize, isize), steps: isize) -> f64 {
+        NEVER_STEEPER * self.run_m(way, steps) + 2.0 * SIGMAS * self.noise_m
+    }
+
+    fn drops_to(&self, cell: usize, n: usize, most_m: f64) -> bool {
         let drop = self.highest_m[cell] - self.lowest_m[n];
-        let on_top = self.heights_m[cell] - self.lowest_m[n] > ON_TOP * drop;
-        let run_m = || self.run_m(way, steps);
-        on_top && drop > NEVER_STEEPER * run_m() + 2.0 * SIGMAS * self.noise_m
+        drop > most_m && self.heights_m[cell] - self.lowest_m[n] > ON_TOP * drop
     }
 
     /// Whether a face makes most of its drop within two cells.
@@ -213,12 +216,13 @@ impl<'a> Relief<'a> {
 
     /// Cells so near to the upper edge of a face that its drop could be too steep for them.
     fn near_lips(&self) -> impl Iterator<Item = usize> + '_ {
+        let step =
+            |&by: &(isize, isize)| [1, 2].map(|k| ((k * by.0, k * by.1), self.most_m(by, k)));
+        let steps: Vec<((isize, isize), f64)> = EIGHT.iter().flat_map(step).collect();
         let lip = |cell: usize| {
             let way = self.grid.ways(cell);
-            let drops = |(dx, dy), k| {
-                way((k * dx, k * dy)).is_some_and(|n| self.drops_to(cell, n, (dx, dy), k))
-            };
-            !self.heights_m[cell].is_nan() && EIGHT.iter().any(|&by| (1..=2).any(|k| drops(by, k)))
+            let drops = |&(by, most_m): &_| way(by).is_some_and(|n| self.drops_to(cell, n, most_m));
+            !self.heights_m[cell].is_nan() && steps.iter().any(drops)
         };
         let mut near = vec![false; self.grid.len()];
         for cell in (0..near.len()).polled().filter(|&cell| lip(cell)) {

@@ -21,7 +21,7 @@ const SUPPORT: usize = 2;
 const FEWEST: usize = 5;
 
 /// The points of one cell that are surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Taken {
     /// Those within a distance of a height.
     Near {
@@ -32,23 +32,27 @@ pub(crate) enum Taken {
     Face {
         up_to_m: f64,
     },
-    /// Those within a distance of a plane.
-    Foot {
-        center_m: [f64; 2],
-        plane: [f64; 3],
-        within_m: f64,
-    },
+    /// Those within a distance of a plane; boxed, since few cells need it.
+    Foot(Box<Foot>),
     Nothing,
+}
+
+/// Points so near to a plane through a place.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Foot {
+    center_m: [f64; 2],
+    plane: [f64; 3],
+    within_m: f64,
 }
 
 impl Taken {
     pub(crate) fn takes(&self, p: &Point) -> bool {
-        match *self {
-            Self::Near { height_m, within_m } => (p[2] - height_m).abs() <= within_m,
-            Self::Face { up_to_m } => p[2] <= up_to_m,
-            Self::Foot { center_m, plane, within_m } => {
-                let local = [p[0] - center_m[0], p[1] - center_m[1], 0.0];
-                (p[2] - value(&plane.into(), &local)).abs() <= within_m
+        match self {
+            Self::Near { height_m, within_m } => (p[2] - height_m).abs() <= *within_m,
+            Self::Face { up_to_m } => p[2] <= *up_to_m,
+            Self::Foot(foot) => {
+                let local = [p[0] - foot.center_m[0], p[1] - foot.center_m[1], 0.0];
+                (p[2] - value(&foot.plane.into(), &local)).abs() <= foot.within_m
             }
             Self::Nothing => false,
         }
@@ -89,7 +93,8 @@ pub(crate) fn taken(
     for cell in (0..grid.len()).polled().filter(|&c| faces[c] && !heights_m[c].is_nan()) {
         taken[cell] = match foot(grid, heights_m, &faces, cell) {
             Some(plane) => {
-                Taken::Foot { center_m: grid.center(cell), plane, within_m: reach.near_m }
+                let (center_m, within_m) = (grid.center(cell), reach.near_m);
+                Taken::Foot(Box::new(Foot { center_m, plane, within_m }))
             }
             None => Taken::Nothing,
         };
@@ -169,7 +174,8 @@ mod tests {
         assert!(near.takes(&at(1.5)) && !near.takes(&at(1.6)) && !near.takes(&at(0.4)));
         assert!(Taken::Face { up_to_m: 1.0 }.takes(&at(-3.0)) && !Taken::Nothing.takes(&at(0.0)));
         assert!(!Taken::Face { up_to_m: 1.0 }.takes(&at(1.1)));
-        let foot = Taken::Foot { center_m: [0.0, 0.0], plane: [0.0, 1.0, 0.0], within_m: 0.1 };
+        let foot = Foot { center_m: [0.0, 0.0], plane: [0.0, 1.0, 0.0], within_m: 0.1 };
+        let foot = Taken::Foot(Box::new(foot));
         assert!(foot.takes(&at(0.55)) && !foot.takes(&at(0.3)));
     }
 }
