@@ -51,6 +51,17 @@ pub(crate) fn map_each<T: Sync, R: Send>(
     map_chunks(items.len(), 1, threads, |range| job(&items[range.start]))
 }
 
+/// The same for items that `job` takes.
+pub(crate) fn map_into<T: Send, R: Send>(
+    items: Vec<T>,
+    threads: usize,
+    job: impl Fn(T) -> R + Sync,
+) -> Vec<R> {
+    let mut out: Vec<Option<R>> = items.iter().map(|_| None).collect();
+    share(items.into_iter().zip(&mut out), threads, |(item, slot)| *slot = Some(job(item)));
+    out.into_iter().flatten().collect()
+}
+
 /// Runs two jobs at the same time.
 pub fn both<A: Send, B: Send>(
     threads: usize,
@@ -142,6 +153,15 @@ mod tests {
             assert_eq!(ranges, [0..3, 3..6, 6..9, 9..10]);
         }
         assert!(map_chunks(0, 3, 2, |r| r).is_empty());
+    }
+
+    #[test]
+    fn results_come_in_the_order_of_what_was_used_up() {
+        for threads in [1, 2, 7] {
+            let words: Vec<String> = (0..50).map(|i| i.to_string()).collect();
+            let lengths: Vec<usize> = words.iter().map(String::len).collect();
+            assert_eq!(map_into(words, threads, |word| word.len()), lengths);
+        }
     }
 
     #[test]

@@ -82,10 +82,13 @@ impl Around<'_> {
         if !(self.ground[from] && self.ground[to]) {
             return false;
         }
-        let ([ax, ay], [bx, by]) = (self.grid.center(from), self.grid.center(to));
-        let way_m = slope * (ax - bx).hypotenuse(ay - by);
         let drop_m = (self.heights_m[from] - self.heights_m[to]).abs();
-        drop_m > way_m + STEEPEST_POURED * self.grid.cell_m + CLEAR * self.noise_m
+        let (cell_m, clear_m) = (STEEPEST_POURED * self.grid.cell_m, CLEAR * self.noise_m);
+        if drop_m <= cell_m + clear_m {
+            return false; // nearly everywhere, and much sooner known
+        }
+        let ([ax, ay], [bx, by]) = (self.grid.center(from), self.grid.center(to));
+        drop_m > slope * (ax - bx).hypotenuse(ay - by) + cell_m + clear_m
     }
 }
 

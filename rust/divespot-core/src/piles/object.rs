@@ -14,6 +14,7 @@ use super::{banks, gaps, outline, wall};
 use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::{Volume, integrate};
+use crate::parallel::both;
 
 /// An object that stands on the ground.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +55,9 @@ pub struct Object {
 /// scenes of `divespot evaluate`.
 pub(crate) const CUT_OFF: f64 = 0.1;
 
+/// An object with fewer cells is judged on one thread. Decides no answer.
+const LARGE: usize = 1 << 13;
+
 /// Measures `window`, the object with its occluded flanks; `found`, without them, decides whether it
 /// is a pile.
 pub(crate) fn object_of(
@@ -74,25 +78,34 @@ pub(crate) fn object_of(
     let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
     let whole = share(&mut covered.iter());
     let seen_fraction = seen / whole.max(f64::MIN_POSITIVE);
-    let evidence = Evidence {
-        shape: shape_above_ground(found, &base, settings),
-        own_base: settings.base.is_none().then_some(&base),
-        seen_fraction,
-        beyond_edge: beyond_edge(window),
-    };
-    let reason = evidence.why_no_pile();
     let compared = settings.compared.iter();
+    let threads = if window.zones.len() < LARGE { 1 } else { settings.threads };
+    let toe = || outline::outline(&window.grid, &with_toe(window, &footprint));
+    let drawn = || {
+        let held = window.held().map(|cell| window.grid.center(cell)).collect();
+        (on_base(&base, toe()), on_base(&base, held), centroid(window, &base, &covered, filled))
+    };
+    let judged = || {
+        let evidence = Evidence {
+            shape: shape_above_ground(found, &base, settings),
+            own_base: settings.base.is_none().then_some(&base),
+            seen_fraction,
+            beyond_edge: beyond_edge(window),
+        };
+        (evidence.why_no_pile(), Budget::of(window, &base, &gaps, settings.toe_cells))
+    };
+    let ((outline_m, base_m, centroid_m), (reason, budget)) = both(threads, drawn, judged);
     Object {
         label,
         volume: volume(window, filled),
         compared_m3: compared.map(|base| compared_m3(window, base.as_ref(), settings)).collect(),
-        budget: Budget::of(window, &base, &gaps, settings.toe_cells),
+        budget,
         footprint_m2: whole * window.grid.cell_m * window.grid.cell_m,
         max_height_m: covered.iter().map(|&cell| filled[cell]).fold(0.0, f64::max),
         covers_m: covered.iter().map(|&cell| raised(window, cell, filled[cell])).collect(),
-        centroid_m: centroid(window, &base, &covered, filled),
-        outline_m: on_base(&base, outline::outline(&window.grid, &with_toe(window, &footprint))),
-        base_m: on_base(&base, window.held().map(|cell| window.grid.center(cell)).collect()),
+        centroid_m,
+        outline_m,
+        base_m,
         seen_fraction,
         touches_edge: touches_edge(window),
         leans_on_wall: wall::leans(window),

@@ -75,7 +75,8 @@ impl Walls {
         let tops = each(grid, |c| retaining[c] && standing[c] && !rises[c] && !flush[c]);
         let top_m = |c: usize| if standing[c] { ends_m[c][1] } else { f64::NAN };
         let tops_m = (0..grid.len()).map(top_m).collect();
-        let lips = each(grid, |c| is_lip(grid, heights_m, &retaining, c, margin_m));
+        let any = retaining.contains(&true);
+        let lips = each(grid, |c| any && is_lip(grid, heights_m, &retaining, c, margin_m));
         for cell in (0..grid.len()).filter(|&cell| lips[cell]) {
             (standing[cell], retaining[cell]) = (true, true);
         }
@@ -132,12 +133,11 @@ fn each(grid: &Grid, is: impl Fn(usize) -> bool) -> Vec<bool> {
 
 /// Morphological closing: the cells, and the gaps between them.
 fn closed(grid: &Grid, cells: &[bool]) -> Vec<bool> {
-    if !cells.contains(&true) {
-        return cells.to_vec();
+    let mut wide = vec![false; cells.len()];
+    for cell in (0..cells.len()).filter(|&cell| cells[cell]) {
+        grid.around(cell, GAP).for_each(|n| wide[n] = true);
     }
-    let near = |cell: usize| grid.around(cell, GAP).any(|n| cells[n]);
-    let wide: Vec<bool> = (0..cells.len()).map(near).collect();
-    (0..cells.len()).map(|cell| grid.around(cell, GAP).all(|n| wide[n])).collect()
+    each(grid, |cell| wide[cell] && grid.around(cell, GAP).all(|n| wide[n]))
 }
 
 /// The cells, and those between two of them that touch at a corner, so that no path passes through
@@ -147,7 +147,8 @@ fn barred(grid: &Grid, cells: &[bool]) -> Vec<bool> {
         |cell: usize, dx: isize, dy: isize| grid.neighbor(cell, dx, dy).is_some_and(|n| cells[n]);
     let beside = |cell: usize, dx: isize, dy: isize| at(cell, dx, dy) || at(cell, -dx, -dy);
     let corner = |cell: usize| beside(cell, 1, 0) && beside(cell, 0, 1);
-    (0..cells.len()).map(|cell| cells[cell] || corner(cell)).collect()
+    let any = cells.contains(&true);
+    each(grid, |cell| cells[cell] || any && corner(cell))
 }
 
 /// Connected components of cells at which a face rises or that hold loose points but no surface.

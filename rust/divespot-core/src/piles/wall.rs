@@ -39,9 +39,12 @@ pub(crate) fn up_to_walls(mut window: Window, base: &Base) -> Window {
     let open = spread(&window.grid, window.cells(Zone::Core).collect(), |cell| {
         window.zones[cell] == Zone::Toe && !window.walls[cell]
     });
-    let above: Vec<f64> = (0..window.zones.len())
-        .map(|cell| window.heights_m[cell] - base.at(window.grid.center(cell)))
-        .collect();
+    let mut above = vec![f64::NAN; window.zones.len()];
+    for cell in walls.iter().flat_map(|&wall| window.around(wall, 1)) {
+        if above[cell].is_nan() {
+            above[cell] = window.heights_m[cell] - base.at(window.grid.center(cell));
+        }
+    }
     let beside: Vec<(usize, f64)> = walls
         .iter()
         .filter_map(|&cell| Some((cell, window.mean_around(&above, cell, is_core)?)))

@@ -30,8 +30,8 @@ pub(crate) fn parts(window: &Window, above: &[f64], margin_m: f64) -> Option<Vec
     order.sort_by(|&a, &b| higher_first(&heights_m, a, b));
     let cells = vec![0; heights_m.len()];
     let joined = (0..heights_m.len()).collect();
-    let mut tree =
-        MergeTree { summit: vec![None; heights_m.len()], joined, cells, heights_m, margin_m };
+    let summit = vec![None; heights_m.len()];
+    let mut tree = MergeTree { summit, joined, cells, heights_m, margin_m, near: Vec::new() };
     for cell in order.into_iter().polled() {
         tree.pour(window, cell);
     }
@@ -62,6 +62,8 @@ struct MergeTree {
     joined: Vec<usize>,
     /// Number of cells in each basin so far.
     cells: Vec<usize>,
+    /// The cells around one, with their basins; kept for its memory.
+    near: Vec<(usize, usize)>,
 }
 
 impl MergeTree {
@@ -75,22 +77,35 @@ impl MergeTree {
     /// Adds the next lower cell to the basin of its highest neighbour, and joins the basins around
     /// it unless it is a valley between them.
     fn pour(&mut self, window: &Window, cell: usize) {
-        let wet = window.around(cell, 1).filter_map(|n| Some((n, self.root(self.summit[n]?))));
-        let mut near: Vec<(usize, usize)> = wet.collect();
+        let mut near = std::mem::take(&mut self.near);
+        near.clear();
+        near.extend(window.around(cell, 1).filter_map(|n| Some((n, self.root(self.summit[n]?)))));
+        let own = match near.first() {
+            // Nearly everywhere, and sooner known.
+            Some(&(_, basin)) if near.iter().all(|n| n.1 == basin) => basin,
+            _ => self.joined_at(cell, &mut near),
+        };
+        self.near = near;
+        self.summit[cell] = Some(own);
+        let root = self.root(own);
+        self.cells[root] += 1;
+    }
+
+    /// The basin of the highest of the cells `near` with their basins, which are joined as far as this
+    /// cell is no valley between them.
+    fn joined_at(&mut self, cell: usize, near: &mut Vec<(usize, usize)>) -> usize {
         near.sort_by(|a, b| higher_first(&self.heights_m, a.0, b.0));
         let own = near.first().map_or(cell, |n| n.1);
         near.sort_by(|a, b| higher_first(&self.heights_m, a.1, b.1));
         near.dedup_by_key(|n| n.1);
         let mut kept: Vec<usize> = Vec::new();
-        for (_, basin) in near {
+        for &mut (_, basin) in near {
             match kept.iter().copied().find(|&other| !self.valley(cell, other, basin)) {
                 Some(higher) => self.join(higher, basin),
                 None => kept.push(basin),
             }
         }
-        self.summit[cell] = Some(own);
-        let root = self.root(own);
-        self.cells[root] += 1;
+        own
     }
 
     /// Whether a cell is a valley between two basins, not a saddle within one pile.

@@ -1,5 +1,7 @@
 //! The window of the height map around one object, with the zone of each of its cells.
 
+use std::sync::Arc;
+
 use super::bank;
 use super::base::Base;
 use super::coverage::Coverage;
@@ -24,30 +26,31 @@ pub(crate) enum Zone {
     Far,
 }
 
-/// A window of the height map with the zone of every cell.
+/// A window of the height map with the zone of every cell. Copies share the layers that no step
+/// changes.
 #[derive(Debug, Clone)]
 pub(crate) struct Window {
     pub(crate) grid: Grid,
     pub(crate) heights_m: Vec<f64>,
     pub(crate) zones: Vec<Zone>,
     /// Cells beyond the scan's edge.
-    pub(crate) off_scan: Vec<bool>,
+    pub(crate) off_scan: Arc<[bool]>,
     /// Cells on the border of the whole map: there the toe of a core cell is cut off.
-    pub(crate) border: Vec<bool>,
+    pub(crate) border: Arc<[bool]>,
     /// Cells at which a face rises.
     pub(crate) walls: Vec<bool>,
     /// Walls that are as high as the surface before them.
-    pub(crate) flush: Vec<bool>,
+    pub(crate) flush: Arc<[bool]>,
     /// Walls of which only the top was seen.
-    pub(crate) tops: Vec<bool>,
+    pub(crate) tops: Arc<[bool]>,
     /// Height of the wall's top in cells without a surface over it, in m; NaN elsewhere.
-    pub(crate) wall_tops_m: Vec<f64>,
+    pub(crate) wall_tops_m: Arc<[f64]>,
     /// Cells of a surface with points of something higher.
-    pub(crate) mixed: Vec<bool>,
+    pub(crate) mixed: Arc<[bool]>,
     /// Cells of walls and of the gaps in them: no flank continues across them.
-    pub(crate) bars: Vec<bool>,
+    pub(crate) bars: Arc<[bool]>,
     /// Cells of banks that lead to higher ground.
-    pub(crate) banks: Vec<bool>,
+    pub(crate) banks: Arc<[bool]>,
     /// The plane through the annulus, if it was fitted; valid while the core is unchanged.
     pub(crate) plane: Option<Base>,
     /// The counted part of each cell, where an outline or wall cuts cells.
