@@ -50,7 +50,10 @@ def is_there() -> bool:
 def volume(path: Path) -> dict[str, Any]:
     """Return what CloudCompare says of a yard, and what it takes."""
     with tempfile.TemporaryDirectory() as folder, laspy.open(path) as reader:
-        parts = (points.xyz - CORNER_M for points in reader.chunk_iterator(1_000_000))
+        parts = (
+            np.column_stack([points.x, points.y, points.z]) - CORNER_M
+            for points in reader.chunk_iterator(1_000_000)
+        )
         _write(Path(folder, "yard.ply"), reader.header.point_count, parts)
         ground = _ground()
         _write(Path(folder, "ground.ply"), len(ground), [ground])
