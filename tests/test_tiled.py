@@ -113,6 +113,17 @@ def test_order_chunks_and_threads_change_no_bit_of_what_windows_hold(
     assert held[0] == held[1]
 
 
+def test_voxels_are_as_wide_as_points_are_apart_in_whatever_order(tmp_path: Path) -> None:
+    x, y = np.random.default_rng(0).uniform(0.0, 50.0, (2, 600_000))
+    floor = np.column_stack([x, y, np.zeros(len(x))])
+    rows = floor[np.lexsort((x, np.floor(y / 0.5)))]
+    expected = 1.1 * 50.0 / math.sqrt(len(x))
+    for name, points in (("rows", rows), ("mixed", floor)):
+        path = str(write_las(tmp_path / f"{name}.laz", points))
+        way = divespot.streaming.planned([path], divespot.Settings()).way
+        assert way.voxel_m == pytest.approx(expected, rel=0.1)
+
+
 @pytest.mark.usefixtures("tiled")
 def test_outlines_are_windows(scene: Path) -> None:
     x, y, _ = CORNER_M

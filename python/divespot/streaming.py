@@ -15,6 +15,7 @@ from divespot.cores import cores
 from divespot.errors import DivespotError, NothingSeenError
 from divespot.io import UNITS, stretches
 from divespot.io.las_filter import LasFilter
+from divespot.io.las_sample import STRETCH
 from divespot.io.las_stretches import stretches_of
 from divespot.io.merge import merged, paths_of
 from divespot.io.no_data import without_no_data
@@ -44,6 +45,10 @@ AIMED_VOXELS = 2**20
 
 #: Distance between points, times the root of their density, on a surface that they are strewn over.
 RANDOM = 1.1
+
+#: Points come in no order where a stretch of them reaches over more than this share of the file's
+#: area: rows and flight lines reach over a hundredth, sweeps of a tripod over a quarter.
+NO_ORDER = 0.5
 
 #: Stretches of a survey from which the spacing follows, and points that are surveyed of each.
 STRETCHES = 40
@@ -85,7 +90,11 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
     parts = tuple(stretch for _, own in near for stretch in own)
     seen = np.concatenate([look.points for look, _ in near])
     within = _corners(settings, plan, UNITS[sample.unit])
-    origin_m, spacing_m, voxel_m = _voxels(seen, within, sum(one.count for one in parts), settings)
+    points = sum(stretch.count for stretch in parts)
+    densest_m = (
+        _spacing_m(seen, points) if all(_is_shuffled(look) for look, _ in near) else math.inf
+    )
+    origin_m, spacing_m, voxel_m = _voxels(seen, within, points, densest_m, settings)
     # An earlier scan is held whole, and held against the whole of this one.
     is_fine = voxel_m > spacing_m and not settings.base.startswith("surface=")
     fine_m = spacing_m if is_fine else None
@@ -158,11 +167,13 @@ def _voxels(
     sample: NDArray[np.float64],
     within: Corners | None,
     points: int,
+    densest_m: float,
     settings: Settings,
 ) -> tuple[tuple[float, float, float], float, float]:
     """Return a corner of a voxel, the distance between points, and the edge that is begun with.
 
-    It is that distance; larger where that is more voxels than are aimed at.
+    The distance is that in the sample, at most `densest_m`; the edge is larger where that is more
+    voxels than are aimed at.
     """
     seen = sample[np.isfinite(sample).all(axis=1)]
     share = 1.0
@@ -171,12 +182,34 @@ def _voxels(
         if inside.sum() > STRETCHES:
             share, seen = inside.mean(), seen[inside]
     spacing_m = survey(seen, seed=settings.seed, threads=settings.threads).spacing_m
-    _, depth_m, width_m = np.sort(np.ptp(seen, axis=0)).tolist()
-    # Of points in no order, a sample is sparser than all.
-    spacing_m = min(spacing_m, RANDOM * math.sqrt(width_m * depth_m / (share * points)))
+    spacing_m = min(spacing_m, densest_m)
+    width_m, depth_m, _ = np.ptp(seen, axis=0).tolist()
     area_m2 = min(share * points * spacing_m**2, width_m * depth_m)
     edge_m = max(spacing_m, float(np.sqrt(area_m2 / AIMED_VOXELS)))
     return _triple(seen.min(axis=0)), spacing_m, edge_m
+
+
+def _is_shuffled(look: Scan) -> bool:
+    """Return whether a file's points come in no order: a sample is then sparser than all."""
+    if look.whole is None:
+        return False
+    whole = np.subtract(look.whole.high, look.whole.low) * look.whole.metres
+    runs = np.array_split(look.points, max(1, len(look.points) // STRETCH))
+    reach = np.median([_area(np.ptp(run, axis=0)) for run in runs])
+    return bool(reach > NO_ORDER * _area(whole))
+
+
+def _spacing_m(sample: NDArray[np.float64], points: int) -> float:
+    """Return how far apart so many points are, strewn evenly over where a sample of them lies."""
+    return RANDOM * math.sqrt(
+        _area(np.ptp(sample[np.isfinite(sample).all(axis=1)], axis=0)) / points
+    )
+
+
+def _area(sizes_m: NDArray[np.float64]) -> float:
+    """Return the area of the largest side of a box."""
+    _, depth_m, width_m = np.sort(sizes_m).tolist()
+    return float(depth_m * width_m)
 
 
 def read(plan: Plan, threads: int, blocks: Blocks | None = None) -> Part:
