@@ -12,7 +12,7 @@ export PIP_QUIET := 1
 # The backend is maturin, by way of packaging/backend.py.
 export MATURIN_NO_MISSING_BUILD_BACKEND_WARNING := 1
 
-.PHONY: build demo test test-rust test-python test-checked fuzz fuzz-kernels interrupt check lint-rust lint-python bench \
+.PHONY: build demo test test-rust test-python test-checked fuzz fuzz-kernels interrupt mutants check lint-rust lint-python bench \
 	docs docs-fields wheels test-aarch64 footprint boards audit docs-pictures clean
 
 demo: build
@@ -88,6 +88,10 @@ POINTS ?= 10000000
 
 interrupt: build
 	$(BIN)/python tests/interrupt.py $(POINTS)
+
+# ONLY="piles/* * COMMON": some of the constants. OPTIONS=--unit: the core's unit tests alone.
+mutants: build
+	PYTHONPATH=benches $(BIN)/python -m mutants $(OPTIONS) $(ONLY)
 
 bench: build
 	cargo bench --package divespot-benches -- --quick

@@ -72,7 +72,7 @@ pub(crate) fn lay(
 ) -> Fit {
     let range_m = typical_range_m(patches);
     let mut run = Run { index, patches, range_m, threads, pose: start, sliding: None };
-    let levels = COARSE.iter().filter(|_| rough).chain(&FINE);
+    let levels = COARSE.iter().filter(|_| rough).chain(FINE.iter());
     levels.for_each(|level| run.level(level));
     run.judged()
 }

@@ -1,3 +1,6 @@
+use super::nearest_label::NearestLabel;
+use super::scene::Scene;
+use super::window::{Reach, Window};
 use super::*;
 use crate::heightmap::{HeightMap, height_map};
 
@@ -32,6 +35,17 @@ fn nothing(map: &HeightMap) -> Found<'static> {
 
 fn labels_of(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
     (0..map.grid.len()).map(|c| map.grid.center(c)).map(|[x, y]| label(x, y)).collect()
+}
+
+/// What is known of the object on the cells that are `found`, and of the ground around it.
+pub(crate) fn window(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Window {
+    let labels = labels_of(map, |x, y| if found(x, y) { 0 } else { UNLABELLED });
+    let on_all_else = Found::on_all_else(labels.clone());
+    let Settings { margin_m, toe_cells, ring_share, .. } = settings();
+    let scene = Scene::new(&map.grid, &map.heights_m, &on_all_else, margin_m).unwrap();
+    let reach = Reach::each(&labels, toe_cells, ring_share);
+    let nearest = NearestLabel::grow(&map.grid, &labels, |_| true, reach[0].farthest());
+    Window::all(&scene, &labels, &nearest, &reach).remove(0).1
 }
 
 pub(crate) fn settings() -> Settings {
