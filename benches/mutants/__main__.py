@@ -39,7 +39,7 @@ def main() -> int:
     print(f"{len(decide)} constants that decide, {len(left)} mutants that no test notices:")
     print(*left, sep="\n")
     idles = [name for name in wanted if not idle.decides(name)] if not options.unit else []
-    mutants = {f"{n} {sign} 2": chosen(n, sign, names) for n in idles for sign in "*/"}
+    mutants = {f"{n} {sign} 2": chosen(n, sign, names) for n in idles for sign in idle.signs(n)}
     changed = idle.changed(mutants, COPY, ENVIRONMENT)
     print(f"{len(idles)} that decide nothing, {len(changed)} mutants that do:", *changed, sep="\n")
     return int(bool(left or changed))

@@ -41,6 +41,7 @@ def build(*, unit: bool) -> list[str]:
         where = path.relative_to(COPY) if path else "where it is public"
         print(f"not tried, since no function can stand for it: {name}, {where}")
     tests = cargo("test", "--no-run", "--lib")
+    UNIT_TESTS.unlink(missing_ok=True)
     shutil.copy2(next(m["executable"] for m in tests if m.get("executable")), UNIT_TESTS)
     names = constants.names
     if not unit:

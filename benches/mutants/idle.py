@@ -19,29 +19,41 @@ IDLE = (
     *("dealt.rs DENSE", "dealt.rs BLOCKS", "dealt.rs FEWEST", "dealt.rs MOST_COLUMNS"),
     *("frames/edges.rs ROWS", "hdbscan/knn.rs *", "hdbscan/tree.rs SAMPLE", "heightmap.rs PARTS"),
     *("heightmap.rs BYTES_A_CELL", "lzf.rs PIECE", "nearest.rs DRAWN", "neighbors.rs FEW"),
-    *(
-        "neighbors.rs MARGIN",
-        "tin.rs PLACES",
-        "voxel/dense.rs MOST_WORDS",
-        "voxel/lattice.rs MOST_CELLS",
-    ),
-    *(
-        "io.las _BATCH_BYTES",
-        "io.las_stretches STRETCH",
-        "io.table _ROWS_AT_ONCE",
-        "selection BLOCK",
-    ),
+    *("neighbors.rs MARGIN", "voxel/dense.rs MOST_WORDS", "voxel/lattice.rs MOST_CELLS"),
+    *("io.las _BATCH_BYTES", "io.las_stretches STRETCH", "io.table _ROWS_AT_ONCE"),
+    *("selection BLOCK",),
     *("results.document _BLOCK", "results.las_points BATCH", "results.sideways TOGETHER"),
     *("io.web GAP_BYTES", "io.web HEAD_BYTES"),
 )
 #: Not so, though they are called the same.
 DECIDING = ("surface/columns.rs BLOCK", "hdbscan/knn.rs BEYOND", "hdbscan/knn.rs BYTES_A_NEIGHBOR")
+#: How finely something is computed: twice as finely is right too. Half must be noticed.
+FINE = (
+    *("film.rs SWEEPS", "ground.rs COMPARED", "piles/banks.rs PARTS", "piles/base.rs ROUNDS"),
+    *("piles/crease.rs SETTLINGS", "piles/flat_top.rs FITS", "plane.rs LEAST_HYPOTHESES"),
+    *("plane.rs REFITS", "plane.rs SCORED", "tin.rs PLACES"),
+)
+#: Numbers of things, no quantities; and what stands for infinity.
+NO_QUANTITY = (
+    *("connectivity.rs *", "moments.rs PAIRS", "piles/outline.rs STEPS", "piles/region.rs OTHERS"),
+    *("piles/waves.rs UNKNOWN", "frames/joint.rs HELD", "pose.rs PARALLEL", "sensor SMALLEST"),
+    *("io.crs *", "io.las _COMPRESSED_BIT", "io.packed _GZIP_BITS", "io.mesh _GLB_HEAD"),
+)
+
+
+def is_any(name: str, patterns: tuple[str, ...]) -> bool:
+    """Whether a constant is one of those."""
+    return any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
 
 
 def decides(name: str) -> bool:
     """Whether a constant may decide an answer."""
-    among = [any(fnmatch.fnmatch(name, pattern) for pattern in names) for names in (IDLE, DECIDING)]
-    return among != [True, False]
+    return not is_any(name, IDLE) or is_any(name, DECIDING)
+
+
+def signs(name: str) -> str:
+    """Return what is tried of a constant: twice as much, half as much."""
+    return "" if is_any(name, NO_QUANTITY) else "/" if is_any(name, FINE) else "*/"
 
 
 def answers(copy: Path, environment: dict[str, str]) -> str:

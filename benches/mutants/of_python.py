@@ -62,8 +62,9 @@ def constants(tree: ast.Module) -> set[str]:
     found = set()
     for node in tree.body:
         target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
-        if isinstance(target, ast.Name) and target.id.isupper() and is_number(node.value):
-            found.add(target.id)
+        names = target.elts if isinstance(target, ast.Tuple) else [target]
+        if all(isinstance(n, ast.Name) and n.id.isupper() for n in names) and is_number(node.value):
+            found |= {name.id for name in names}
     return found
 
 

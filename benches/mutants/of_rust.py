@@ -14,6 +14,7 @@ USE = re.compile(
     r"^ *(?:pub(?:\([a-z:]+\))? )?use [^;]*;|//.*$|\"(?:[^\"\\\n]|\\.)*\"", re.MULTILINE
 )
 NUMBER = re.compile(r"(?<![\w.])(?<!; )\d[\d_]*(?:\.\d[\d_]*)?(?:e-?\d+)?(?![\w.(]*\w)")
+CAPITALS = r"\b[A-Z][A-Z0-9_]{2,}\b"
 SCALARS = {"f32", "f64", "u8", "u16", "u32", "u64", "usize", "i32", "i64", "isize"}
 
 
@@ -84,8 +85,9 @@ class Constants:
         if kind in SCALARS:
             if re.search(r"::MAX|^-?0$|^-1$", value):
                 return None
-            return self._asked(label, value)
-        if not NUMBER.search(value) and not re.search(r"\b[A-Z][A-Z0-9_]{2,}\b", value):
+            # What follows from another constant changes with that.
+            return value if re.search(rf"(?<!::){CAPITALS}", value) else self._asked(label, value)
+        if not NUMBER.search(value) and not re.search(CAPITALS, value):
             return None
         if kind.startswith("["):
             return NUMBER.sub(lambda m: self._asked(label, m[0]), value)

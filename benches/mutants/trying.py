@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mutants.building import COPY, ENVIRONMENT, PLACE, UNIT_TESTS, chosen
+from mutants.idle import signs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 #: A mutant that takes longer is noticed; longer tests are not run, nor more of them for a mutant.
-LIMIT_S, LONGEST_S, TOGETHER_S = 60, 5.0, 25.0
+LIMIT_S, LONGEST_S, TOGETHER_S = 60, 10.0, 25.0
 #: Test files that say nothing of answers, or take long to.
 LEFT_OUT = (
     *("packaging", "wheels", "readme", "layers", "examples", "interrupt", "memory", "io_web"),
@@ -81,10 +82,11 @@ def package_tests() -> list[str]:
 def survivors(wanted: list[str], names: list[str], learnt: Learnt) -> list[str]:
     """Return the mutants that no test notices: "piles/budget.rs COMMON * 2"."""
     left = []
-    for name, sign in ((name, sign) for name in wanted for sign in "*/"):
+    for name, sign in [(each, sign) for each in wanted for sign in signs(each)]:
         environment = {"DIVESPOT_MUTANT": chosen(name, sign, names)}
         if run_core(learnt.of_core(name), environment)[0]:
             left.append((name, sign, environment))
+            print("no unit test notices", name, sign, "2", flush=True)
     ended = run_package([(learnt.of_package(name), environment) for name, _, environment in left])
     return [
         f"{name} {sign} 2{'' if name in learnt.readers else ' (no test reads it)'}"
