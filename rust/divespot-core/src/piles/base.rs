@@ -304,4 +304,43 @@ mod tests {
         assert_eq!((base.kind, base.tilt, base.level_m), (Kind::AnnulusLevel, [0.0; 2], 0.25));
         assert_eq!(Base::around([5.0, 7.0], &cells[..5], 0.1), None);
     }
+
+    #[test]
+    fn fewer_than_twelve_cells_carry_no_plane() {
+        let cells = annulus(|x, _| 0.1 * x);
+        let carried = |count: usize| Base::around([5.0, 7.0], &cells[..count], 0.1).is_some();
+        assert!(carried(13) && !carried(11));
+    }
+
+    #[test]
+    fn three_sectors_in_a_row_waver_as_one() {
+        let sector =
+            |x: f64, y: f64| ((y - 7.0).atan2(x - 5.0) * 6.0 / std::f64::consts::PI).floor();
+        let cells = annulus(|x, y| if sector(x, y) as i32 % 2 == 0 { 0.01 } else { -0.01 });
+        let base = Base::around([5.0, 7.0], &cells, 0.1).unwrap();
+        // Twelve of them as four that are independent.
+        assert!((base.u_level_m / (0.01 / 2.0) - 1.0).abs() < 0.1, "{base:?}");
+    }
+
+    #[test]
+    fn cells_count_less_the_further_they_are_off_and_nothing_from_4_685_deviations_on() {
+        let level_m = |off_m: f64| {
+            let mut cells = annulus(|_, _| 0.0);
+            for (i, cell) in cells.iter_mut().enumerate() {
+                let stray = i % 20 == 0 || i % 20 == 11;
+                cell[2] = if stray { off_m } else { 0.01 - 0.02 * (i % 2) as f64 };
+            }
+            Base::around([5.0, 7.0], &cells, 0.1).unwrap().at([5.0, 7.0])
+        };
+        // Of what is 0.05 off, until that settles.
+        let settled_m = (0..50).fold(0.0_f64, |level_m, _| {
+            let reach_m = 4.685 * 1.4826 * (0.01 + level_m);
+            let weight = |off_m: f64| (1.0 - ((off_m - level_m) / reach_m).powi(2)).powi(2);
+            let all = [(0.1, 0.05), (0.45, 0.01), (0.45, -0.01)];
+            let sum = |of: &dyn Fn(f64) -> f64| all.iter().map(|(n, z)| n * of(*z)).sum::<f64>();
+            sum(&|z| weight(z) * z) / sum(&weight)
+        });
+        assert!((level_m(0.05) / settled_m - 1.0).abs() < 0.15, "{} {settled_m}", level_m(0.05));
+        assert!(level_m(0.08).abs() < 1e-4, "{}", level_m(0.08));
+    }
 }

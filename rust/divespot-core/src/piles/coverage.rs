@@ -46,3 +46,15 @@ pub(crate) fn moments(ring: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_in_a_million_is_rounding() {
+        let share = |share: f64| part([share, 0.0, 0.0], 1.0).share;
+        assert!(share(1.6e-6) > 0.0 && share(0.7e-6) == 0.0);
+        assert!(share(1.0 - 1.6e-6) < 1.0 && share(1.0 - 0.7e-6) == 1.0);
+    }
+}

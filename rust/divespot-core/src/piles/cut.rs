@@ -38,3 +38,23 @@ pub(crate) fn count_what_was_seen(window: &mut Window, count: impl Fn([f64; 2]) 
         window.count_part(cell, Coverage { share, u_share, off_m: [0.0; 2] });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, window};
+    use super::*;
+
+    #[test]
+    fn a_cell_that_is_cut_counts_by_what_cells_three_columns_around_hold() {
+        let mut window = window(&exact(|_, _| 1.0), |x, y| x < 1.0 && (y - 3.0).abs() < 1.0);
+        let column = |[x, _]: [f64; 2]| (x / CELL) as usize;
+        let count = |p: [f64; 2]| [5, 10, 10, 16].get(column(p)).copied().unwrap_or(40);
+        count_what_was_seen(&mut window, count);
+        let part = window.counted(window.grid.cell(&[0.5 * CELL, 3.0]));
+        // 10, 10 and 16 on average; the cells at the edge are independent of each other.
+        assert!((part.share - 5.0 / 12.0).abs() < 1e-9, "{part:?}");
+        let cells = window.held().filter(|&c| column(window.grid.center(c)) == 0).count();
+        let u_share = 5.0_f64.sqrt() / 12.0 / to_f64(cells).sqrt();
+        assert!((part.u_share / u_share - 1.0).abs() < 1e-9, "{part:?}");
+    }
+}

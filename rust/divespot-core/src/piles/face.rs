@@ -382,4 +382,34 @@ pub(crate) mod tests {
         points.reverse();
         assert_eq!(object, pile(&points));
     }
+
+    /// How a face of 20 rows of points leans that scatter by a centimetre to either side of it; its
+    /// lean is so many standard deviations of what that may look like.
+    fn lean(times: f64) -> f64 {
+        let rising: f64 = (0..20).map(|i| 2.0 * (0.05 * (f64::from(i) - 9.5)).powi(2)).sum();
+        let leans = times * 1.4826 * 0.01 / rising.sqrt();
+        let point = |k: i32| {
+            let (row, side) = (k / 2, f64::from(k % 2) - 0.5);
+            [
+                0.05 * leans * f64::from(row) + 0.02 * side,
+                0.1 * f64::from(row * 7 % 20),
+                0.05 * f64::from(row),
+            ]
+        };
+        Face::of(&(0..40).map(point).collect::<Vec<_>>(), [-9.0, 1.0]).unwrap().leans / leans
+    }
+
+    #[test]
+    fn a_face_leans_if_that_shows_by_three_standard_deviations() {
+        assert!((lean(4.2) - 1.0).abs() < 0.2 && lean(2.2) == 0.0, "{} {}", lean(4.2), lean(2.2));
+    }
+
+    #[test]
+    fn in_a_rounded_edge_the_face_runs_most_likely_in_the_middle() {
+        let before: f64 = (-240..240).map(|i| cone(0.33, 0.005 * f64::from(i)) * 0.005).sum();
+        let u_m = pile(&rounded(0.33)).budget.footprint_m3 / before;
+        // Triangular over two cells.
+        let ratio = u_m / (2.0 * CELL / 24.0_f64.sqrt());
+        assert!((0.7..1.4).contains(&ratio), "{ratio}");
+    }
 }

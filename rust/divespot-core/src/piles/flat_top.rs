@@ -155,8 +155,8 @@ fn shrink(object: &mut Object, height_m: f64, area_m2: f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CELL, settings};
-    use super::super::{Found, Reason, measure};
+    use super::super::tests::{CELL, exact, measured, settings};
+    use super::super::{Budget, Found, Reason, measure};
     use super::*;
     use crate::heightmap::height_map;
 
@@ -196,5 +196,51 @@ mod tests {
         assert!((volume / 2.4 - 1.0).abs() < 0.02, "{volume}, untrimmed {untrimmed}");
         assert!((objects[0].footprint_m2 / 3.0 - 1.0).abs() < 0.02);
         assert!(objects[0].budget.footprint_m3 > before);
+    }
+
+    /// A block as it was measured.
+    fn block() -> Object {
+        let block =
+            |x: f64, y: f64| if (x - 4.0).abs().max((y - 3.0).abs()) < 1.0 { 0.8 } else { 0.0 };
+        measured(&exact(block), |x, y| block(x, y) > 0.0).remove(0)
+    }
+
+    #[test]
+    fn a_top_is_flat_if_half_of_its_cells_lie_on_a_plane() {
+        // Of a hundred cells the others lie as often above it as below.
+        let is_flat = |flat: usize| {
+            let mut object = block();
+            object.covers_m.truncate(100);
+            for (i, p) in object.covers_m.iter_mut().enumerate().skip(flat) {
+                let off = 0.1 + 0.003 * i as f64;
+                p[2] += if i % 2 == 0 { off } else { -off };
+            }
+            Top::of(&object, 0.03).is_some()
+        };
+        assert!(is_flat(65) && !is_flat(38));
+    }
+
+    #[test]
+    fn cells_count_by_their_points_but_those_that_lie_wholly_on_the_top() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 12, rows: 9 };
+        // Typical is the upper quartile of the means within three columns: 9.33, 9.33, 12 and 12.
+        let ramp = |cell: usize| if cell % 12 < 3 { 4.0 } else { 12.0 };
+        let on_top: Vec<f64> = (0..grid.len()).map(ramp).collect();
+        let expected = 9.0 * (2.0 * 4.0 / 9.333_333 + 4.0 / 12.0 + 9.0);
+        assert!((covered(&grid, &on_top) - expected).abs() < 1e-3, "{}", covered(&grid, &on_top));
+        // Nothing happens to lie over one cell amid the top.
+        let mut one = vec![12.0; grid.len()];
+        one[4 * 12 + 6] = 0.0;
+        assert_eq!(covered(&grid, &one), 108.0);
+    }
+
+    #[test]
+    fn the_edge_lies_anywhere_between_the_tops_and_the_one_found_by_height() {
+        let mut object = Object { budget: Budget::default(), ..block() };
+        let by_height_m3 = object.volume.net_m3();
+        let between_m3 = 0.1 * by_height_m3;
+        shrink(&mut object, 0.8, (by_height_m3 - between_m3) / 0.8);
+        let u_m3 = between_m3 / 12.0_f64.sqrt();
+        assert!((object.budget.footprint_m3 / u_m3 - 1.0).abs() < 0.01, "{:?}", object.budget);
     }
 }

@@ -363,4 +363,38 @@ mod tests {
         let bow = vec![[11.0, 21.0], [14.0, 21.0], [11.0, 24.0], [14.0, 24.0]];
         assert!(Region { rings: vec![bow] }.parts(&GRID, 1).is_err());
     }
+
+    #[test]
+    fn what_covers_a_cell_is_higher_than_material_from_the_nearest_surface() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 80, rows: 1 };
+        let covered = |away: usize, lowest_m: f64| {
+            let mut heights_m = vec![f64::NAN; 80];
+            heights_m[40 + away] = 0.0;
+            is_covered(&grid, &heights_m, 40, lowest_m)
+        };
+        // 60° over the cells that were looked over: one, or 32.
+        assert!(covered(1, 2.0) && !covered(1, 1.5));
+        assert!(covered(20, 60.0) && !covered(20, 50.0));
+    }
+
+    #[test]
+    fn beyond_two_hundred_cells_from_what_was_seen_no_more_is_unknown() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 0.1, columns: 450, rows: 5 };
+        let heights_m: Vec<f64> =
+            (0..grid.len()).map(|cell| if cell % 450 < 5 { 1.0 } else { f64::NAN }).collect();
+        let labels = vec![OWN; grid.len()];
+        let scene =
+            Scene::new(&grid, &heights_m, &Found::on_all_else(labels.clone()), 0.0).unwrap();
+        let reach = Reach::each(&labels, 0, 0.2);
+        let nearest = NearestLabel::grow(&grid, &labels, |_| true, 1);
+        let mut window = Window::all(&scene, &labels, &nearest, &reach).remove(0).1;
+        window.off_scan.fill(false);
+        let steps: usize = (0..445).map(|away| 5 * usize::min(away, 199)).sum();
+        let u_m3 = Repose::ANY.slope / 3.0_f64.sqrt() * to_f64(steps) * 0.1_f64.powi(3);
+        assert!(
+            (u_carried_on_m3(&window) / u_m3 - 1.0).abs() < 1e-3,
+            "{}",
+            u_carried_on_m3(&window)
+        );
+    }
 }

@@ -122,4 +122,42 @@ mod tests {
         assert_eq!(Repose::of(&GRID, &cells, |_| f64::NAN), Repose::ANY);
         assert!(repose.steeper(1.0) > repose.slope && repose.steeper(-1e9) > 0.0);
     }
+
+    #[test]
+    fn thirty_cells_of_a_flank_tell_its_angle() {
+        let flank = |cell: &usize| (0.2..0.8).contains(&cone(*cell));
+        let cells: Vec<usize> = (0..GRID.len()).filter(flank).collect();
+        let told = |count: usize| Repose::of(&GRID, &cells[..count], cone) != Repose::ANY;
+        assert!(told(45) && !told(20));
+    }
+
+    #[test]
+    fn slopes_are_taken_over_a_twenty_fourth_of_the_edge() {
+        // Of a pile of 60 by 60 cells, over squares of seven.
+        let cells: Vec<usize> = (0..GRID.len()).collect();
+        let strip = |rows: usize| {
+            let seen = move |cell: usize| (30..30 + rows).contains(&(cell / 60));
+            let height = move |cell| if seen(cell) { 0.5 * GRID.center(cell)[1] } else { f64::NAN };
+            Repose::of(&GRID, &cells, height)
+        };
+        assert!((strip(7).slope - 0.5).abs() < 1e-9 && strip(5) == Repose::ANY);
+    }
+
+    #[test]
+    fn any_angle_is_as_likely_from_20_to_45_degrees() {
+        let [low, high] = [20.0_f64, 45.0].map(|degrees| degrees.to_radians());
+        let middle = (0.5 * (low + high)).tan();
+        let u_slope = (high - low) / 12.0_f64.sqrt() * (1.0 + middle * middle);
+        let Repose { slope, u_slope: u } = Repose::ANY;
+        assert!((slope / middle - 1.0).abs() < 0.01 && (u / u_slope - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn nothing_poured_lies_flatter_than_15_degrees_or_steeper_than_50() {
+        let cells: Vec<usize> = (0..GRID.len()).collect();
+        let is_flank = |slope: f64| {
+            Repose::of(&GRID, &cells, |cell| slope * GRID.center(cell)[1]) != Repose::ANY
+        };
+        assert!(is_flank(0.3) && !is_flank(0.2) && is_flank(1.1) && !is_flank(1.4));
+    }
 }

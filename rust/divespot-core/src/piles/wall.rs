@@ -92,3 +92,57 @@ pub(crate) fn leans(window: &Window) -> bool {
 pub(crate) fn is_beside(window: &Window, cell: usize) -> bool {
     window.around(cell, 1).any(|n| window.walls[n])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, window};
+    use super::*;
+
+    /// A block of 2 m beside whose right edge lies a wall, of a kind.
+    fn walled(kind: impl Fn(&mut Window, usize)) -> (Window, usize) {
+        let is_block = |x: f64, y: f64| (x - 4.0).abs().max((y - 3.0).abs()) < 1.0;
+        let mut window = window(&exact(|x, y| if is_block(x, y) { 1.0 } else { 0.0 }), is_block);
+        for cell in 0..window.zones.len() {
+            let [x, y] = window.grid.center(cell);
+            if (5.0..5.0 + CELL).contains(&x) && (y - 3.0).abs() < 1.0 {
+                window.walls[cell] = true;
+                kind(&mut window, cell);
+            }
+        }
+        let beside = window.grid.cell(&[5.0 + 0.5 * CELL, 3.0 + 0.5 * CELL]);
+        (up_to_walls(window, &Base::ground(0.0, 0.0, 0.0)), beside)
+    }
+
+    /// Whether a part is what lies before a face that runs anywhere from one place in a cell to another.
+    fn runs(part: Coverage, from: f64, to: f64) -> bool {
+        let (share, u_share) = (0.5 * (from + to), (to - from) / 12.0_f64.sqrt());
+        (part.share - share).abs() < 1e-3 && (part.u_share - u_share).abs() < 1e-3
+    }
+
+    #[test]
+    fn a_face_runs_anywhere_through_its_cell_or_as_far_as_was_not_seen() {
+        let (window, beside) = walled(|_, _| {});
+        assert!(runs(window.counted(beside), 0.0, 1.0), "{:?}", window.counted(beside));
+        // From the middle of the cell before.
+        let (window, beside) = walled(|window, cell| window.flush[cell] = true);
+        assert!(runs(window.counted(beside), -0.5, 1.0), "{:?}", window.counted(beside));
+        let (window, beside) = walled(|window, cell| {
+            (window.tops[cell], window.mixed[cell - 1]) = (true, true);
+        });
+        assert!(runs(window.counted(beside), 0.0, 0.25), "{:?}", window.counted(beside));
+        assert!(runs(window.counted(beside - 1), 0.25, 1.0), "{:?}", window.counted(beside - 1));
+    }
+
+    #[test]
+    fn a_pile_leans_on_walls_along_a_tenth_of_its_edge() {
+        let leaning = |cells: usize| {
+            let mut window =
+                window(&exact(|_, _| 0.0), |x, y| (x - 4.0).abs().max((y - 3.0).abs()) < 1.0);
+            // 124 cells have an edge; a wall lies beside two more than it has itself.
+            let first = window.grid.cell(&[5.0 + 0.5 * CELL, 3.0]);
+            (0..cells).for_each(|k| window.walls[first + k * window.grid.columns] = true);
+            leans(&window)
+        };
+        assert!(leaning(15) && !leaning(6));
+    }
+}
