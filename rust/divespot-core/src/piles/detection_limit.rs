@@ -10,7 +10,7 @@ use super::settings::Settings;
 
 /// The smallest volume that is detected, in its own standard uncertainties: the coverage factor of
 /// u95.
-const DETECTED: f64 = 2.0;
+pub(super) const DETECTED: f64 = 2.0;
 /// The smallest mean height of a pile, in margins. A cone of this mean height is three times as
 /// high; at any angle of repose it is then wide enough for its shape to be told. Closed form for
 /// the cone; the factor was chosen on the scenes of `divespot evaluate`.
@@ -37,8 +37,9 @@ fn is_clear(object: &Object, margin_m: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Reason;
     use super::super::tests::{exact, measured, settings};
+    use super::super::{Budget, Reason};
+    use super::*;
 
     /// The reason given to a cone whose mean height is `margins` times the margin.
     fn reason(margins: f64) -> Option<Reason> {
@@ -52,6 +53,18 @@ mod tests {
     #[test]
     fn a_crumb_is_no_pile_and_a_low_pile_is() {
         assert_eq!(reason(1.2), Some(Reason::NotClear));
-        assert_eq!(reason(3.0), None);
+        assert_eq!(reason(2.2), None);
+    }
+
+    #[test]
+    fn a_volume_within_two_standard_uncertainties_may_be_nothing() {
+        let cone = |x: f64, y: f64| (1.0 - (x - 4.0).hypot(y - 3.0)).max(0.0);
+        let object = measured(&exact(cone), |x, y| cone(x, y) > 0.03).remove(0);
+        let clear = |times: f64| {
+            let filled_m3 = object.volume.net_m3() / times;
+            let budget = Budget { filled_m3, ..Budget::default() };
+            is_clear(&Object { budget, ..object.clone() }, 0.0)
+        };
+        assert!(clear(2.6) && !clear(1.5));
     }
 }

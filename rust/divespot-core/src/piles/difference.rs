@@ -6,6 +6,7 @@
 //! over only the cells above the limit is biased (Anderson 2019, ESPL 44:1015).
 
 use super::base::Base;
+use super::detection_limit::DETECTED;
 use super::earlier::noise;
 use super::face::continued_to_faces;
 use super::faces::Faces;
@@ -33,9 +34,6 @@ const CLEAR: f64 = 4.0;
 /// Difference between two grids without noise at an edge of the surface, as a share of a cell's
 /// width. Chosen.
 const EDGE: f64 = 0.1;
-/// The smallest volume that is detected, in its own standard uncertainties: the coverage factor of
-/// u95.
-const DETECTED: f64 = 2.0;
 
 /// A scan on the cells of a grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -335,5 +333,25 @@ mod tests {
     fn a_base_is_needed() {
         let (grid, scan) = seen(|_, _| 0.0, 1);
         assert!(measure_difference(&grid, &scan, None, &settings()).is_err());
+    }
+
+    /// How much of a scan with so many times the noise rises above a base that is so far below it.
+    fn risen(times: f64, rise_m: f64) -> f64 {
+        let (grid, mut scan) = seen(|_, _| 0.0, 1);
+        scan.heights_m.iter_mut().for_each(|h| *h *= times);
+        let base = Base::plane(-rise_m, [0.0; 2], 0.0, 0.0, super::super::Kind::Given);
+        let labels = Rise::of(&grid, &scan, &base, None, &settings()).risen();
+        labels.iter().filter(|&&label| label == 0).count() as f64 / grid.len() as f64
+    }
+
+    #[test]
+    fn cells_differ_where_the_mean_of_nine_does_by_four_of_its_deviations() {
+        let sigma_m = 50.0 * 0.002 / 12.0_f64.sqrt() / 3.0;
+        assert!(risen(50.0, 7.0 * sigma_m) > 0.9 && risen(50.0, 3.0 * sigma_m) < 0.25);
+    }
+
+    #[test]
+    fn a_tenth_of_a_cell_is_no_difference() {
+        assert!(risen(1.0, 0.15 * CELL) == 1.0 && risen(1.0, 0.07 * CELL) == 0.0);
     }
 }
