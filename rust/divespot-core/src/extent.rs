@@ -107,4 +107,19 @@ mod tests {
             assert_eq!(kept[cell].is_nan(), expected, "{:?}", GRID.center(cell));
         }
     }
+
+    #[test]
+    fn what_has_a_quarter_of_the_usual_company_within_two_cells_stays() {
+        // On a floor a cell has 25 around it. A block of 2 by 2 has 4, one of 3 by 3 has 9.
+        let block = |[x, y]: [f64; 2], y0: f64, edge: f64| {
+            (7.0..7.0 + edge).contains(&x) && (y0..y0 + edge).contains(&y)
+        };
+        let floor = |p: [f64; 2]| p[0] < 5.0;
+        let all = heights_of(|p| floor(p) || block(p, 1.0, 1.0) || block(p, 6.0, 1.5));
+        let kept = without_lone(&GRID, &all);
+        for cell in (0..GRID.len()).filter(|&cell| !all[cell].is_nan()) {
+            let p = GRID.center(cell);
+            assert_eq!(kept[cell].is_nan(), block(p, 1.0, 1.0), "{p:?}");
+        }
+    }
 }

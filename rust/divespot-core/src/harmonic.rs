@@ -253,4 +253,21 @@ mod tests {
         relax(&mut alone, 3, &[Node::free(1)], 1.0);
         assert_eq!(alone[1], 0.5);
     }
+
+    #[test]
+    fn a_film_has_48_nodes_a_side_and_is_straight_between_them() {
+        // Halfway between nodes a step apart a chord of x² lies a quarter of a square step too high.
+        let harmonic = Harmonic::sampled([0.0; 2], 48.0, |[x, _]| x * x);
+        assert!((harmonic.at([0.5, 3.0]) - 0.5).abs() < 1e-12);
+        let wide = Harmonic::stretched([0.0; 2], [96.0, 1.0], 1.0, &[[0.0, 0.0, 1.0]]);
+        assert_eq!((wide.columns, wide.step_m), (49, 2.0));
+    }
+
+    #[test]
+    fn a_cell_pulls_a_fifth_as_much_as_a_neighbouring_node() {
+        // a = (b + 0.2) / 1.2 and b = a / 1.2.
+        let harmonic =
+            Harmonic::stretched([0.0; 2], [1.0, 0.0], 1.0, &[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
+        assert!((harmonic.at([0.0; 2]) - 0.24 / 0.44).abs() < 1e-4, "{}", harmonic.at([0.0; 2]));
+    }
 }

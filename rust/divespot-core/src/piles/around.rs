@@ -94,7 +94,7 @@ impl Around<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::connectivity::UNLABELLED;
+    use super::*;
     use crate::piles::found::Found;
     use crate::piles::tests::{CELL, exact, settings};
     use crate::piles::{Object, measure};
@@ -151,5 +151,41 @@ mod tests {
     fn a_cell_that_was_not_seen_is_no_way_through_a_bank() {
         let object = on_slab(0.0, |x, y| (((x + y) / CELL) as i32) % 5 == 0);
         assert!((share(&object) - 1.0).abs() < 0.02, "{}", share(&object));
+    }
+
+    /// Ground of three rows of 20 cells of 1 m, in whose middle an object lies: on one side along all
+    /// of it, on the other, far lower, along so many cells.
+    fn beside(cells: usize) -> usize {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 20, rows: 3 };
+        let labels: Vec<i32> = (0..60).map(|c| if c / 20 == 1 { 0 } else { UNLABELLED }).collect();
+        let heights_m: Vec<f64> = (0..60).map(|c| if c < 20 { -99.0 } else { 0.0 }).collect();
+        let ground: Vec<bool> = (0..60).map(|c| c / 20 == 2 || c < cells).collect();
+        let open = ground.clone();
+        let around =
+            Around { grid: &grid, heights_m: &heights_m, open, ground: &ground, noise_m: 0.0 };
+        around.nearest(&labels, 3).owner[..20].iter().filter(|&&owner| owner == 0).count()
+    }
+
+    #[test]
+    fn ground_is_around_an_object_from_a_quarter_of_what_it_touches_most() {
+        assert_eq!((beside(4), beside(6)), (0, 6));
+    }
+
+    #[test]
+    fn six_standard_deviations_of_noise_are_no_cliff() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 2, rows: 1 };
+        let drops = |drop_m: f64| {
+            let (heights_m, open) = ([drop_m, 0.0], vec![true; 2]);
+            let around = Around {
+                grid: &grid,
+                heights_m: &heights_m,
+                open,
+                ground: &[true; 2],
+                noise_m: 1.0,
+            };
+            around.drops(0, 1, 0.0)
+        };
+        // And as much as something poured rises within a cell, 1.2 m.
+        assert!(drops(9.0) && !drops(5.5));
     }
 }

@@ -125,3 +125,81 @@ fn go_on(window: &Window, bank: usize, cell: usize) -> Option<Face> {
     let lies = (GENTLE..STEEPEST).contains(&slope[0].hypotenuse(slope[1]));
     lies.then_some(Face { height_m: value(&plane, &[0.0; 3]), slope })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{CELL, exact, window};
+    use super::*;
+
+    /// An object up to 4 m, and behind it a bank of this slope in the cells that are; places count in
+    /// cells from where they meet.
+    fn leaning(slope: impl Fn(f64) -> f64, is_bank: impl Fn(isize, isize) -> bool) -> Window {
+        let map = exact(|x, _| slope(x - 4.0));
+        let mut window = window(&map, |x, y| (x - 3.5).abs() < 0.5 && (y - 3.0).abs() < 1.0);
+        for cell in 0..window.zones.len() {
+            let at = window.grid.center(cell);
+            let [x, y] = [at[0] - 4.0, at[1] - 3.0].map(|v| (v / CELL).floor() as isize);
+            if x >= 0 && is_bank(x, y) {
+                (window.banks[cell], window.zones[cell]) = (true, Zone::Outside);
+            }
+        }
+        window
+    }
+
+    fn at(window: &Window, x: isize, y: isize) -> usize {
+        window.grid.cell(&[4.0 + (x as f64 + 0.5) * CELL, 3.0 + (y as f64 + 0.5) * CELL])
+    }
+
+    fn face(window: &Window, x: isize) -> Option<Face> {
+        go_on(window, at(window, x, 0), at(window, x, 0))
+    }
+
+    #[test]
+    fn a_face_steeper_than_74_degrees_holds_nothing_and_a_gentle_one_is_none() {
+        let lies = |slope: f64| face(&leaning(|x| slope * x, |_, _| true), 3).is_some();
+        assert!(lies(2.5) && !lies(4.5));
+        assert!(lies(0.2) && !lies(0.09));
+    }
+
+    #[test]
+    fn of_fewer_than_six_cells_no_slope_is_known() {
+        let of = |cells: isize| {
+            face(&leaning(|x| x, |x, y| (2..5).contains(&x) && 3 * y + x - 2 < cells && y >= 0), 3)
+        };
+        assert!(of(7).is_some() && of(5).is_none());
+    }
+
+    #[test]
+    fn a_bank_goes_on_as_it_is_in_its_cells_four_columns_away() {
+        // Near its middle nothing was seen of it, and farther away it is level.
+        let bent = |x: f64| x.min(11.0 * CELL);
+        let window = leaning(bent, |x, _| !(4..9).contains(&x));
+        let truth_m = window.grid.center(at(&window, 6, 0))[0] - 4.0;
+        assert!((face(&window, 6).unwrap().height_m - truth_m).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_toe_lies_on_two_cells_of_a_bank() {
+        let window = with_toe(leaning(|x| x, |_, _| true));
+        let zones = [0, 1, 2].map(|x| window.zones[at(&window, x, 0)]);
+        assert_eq!(zones, [Zone::Toe, Zone::Toe, Zone::Outside]);
+    }
+
+    #[test]
+    fn a_cell_holds_the_higher_of_the_face_and_the_base() {
+        let window = leaning(|x| x, |_, _| true);
+        let cell = at(&window, 3, 0);
+        let above = |off: f64| {
+            let face = Face { height_m: -off * CELL, slope: [1.0, 0.0] };
+            face.above(&Base::ground(0.0, 0.0, 0.0), &window, cell) / CELL
+        };
+        // The face meets the base at these shares of the cell from its middle.
+        for off in [-0.25, 0.0, 0.1, 0.25] {
+            assert!(
+                (above(off) - 0.5 * (0.5 - off).powi(2)).abs() < 0.006,
+                "{off}: {}",
+                above(off)
+            );
+        }
+    }
+}

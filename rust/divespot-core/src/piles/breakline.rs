@@ -249,6 +249,7 @@ fn moved(mut line: Line, mut step_m: f64, mut turn: f64, cost: impl Fn(Line) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::count::to_f64;
     use crate::sample::mix;
 
     const CELL: f64 = 0.0137;
@@ -325,6 +326,83 @@ mod tests {
         let wall = |x: f64, _| if x > 0.5 { 3.0 * (x - 0.5) } else { 0.0 };
         let bend = Breakline::found(&annulus(wall), CELL);
         assert!(bend.is_none_or(|bend| bend.at(0.0, 0.0).abs() < 1e-3), "{bend:?}");
+    }
+
+    #[test]
+    fn lines_are_tried_each_ten_degrees_and_sixteenth_of_what_leaves_a_tenth_beyond() {
+        let nodes = Nodes::of(&annulus(|_, _| 0.0));
+        let tried = lines(&nodes);
+        let upright: Vec<&Line> = tried.iter().filter(|line| line.angle_rad == 0.0).collect();
+        let turned = tried.iter().map(|line| line.angle_rad).find(|angle| *angle > 0.0);
+        assert!((turned.unwrap().to_degrees() - 10.0).abs() < 1e-9);
+        assert_eq!(upright.len(), 17);
+        let last = upright.iter().map(|line| line.at_m).fold(f64::MIN, f64::max);
+        let across = nodes.places.iter().filter(|p| p[0] > last).count();
+        assert!((to_f64(across) / to_f64(nodes.places.len()) - 0.1).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_line_is_found_to_a_hundredth_of_the_first_step() {
+        let cost = |line: Line| (line.at_m - 0.56).abs() + (line.angle_rad - 0.44).abs();
+        let line = moved(Line::new(0.0, 0.0), 1.0, 1.0, cost);
+        assert!(cost(line) < 0.02, "{line:?}");
+    }
+
+    #[test]
+    fn what_is_four_deviations_off_counts_no_more_than_strays() {
+        let nodes = Nodes::of(&annulus(|_, _| 0.0));
+        let plane = nodes.basis(|x, y| vec![1.0, x, y]).unwrap();
+        let count = nodes.places.len();
+        let left = DVector::from_fn(count, |i, _| if i % 10 == 0 { 100.0 } else { 1.0 });
+        let fives = DVector::from_element(count, 5.0);
+        let line = Line::new(0.0, 0.0);
+        let nothing = Breakline { kind: Kind::Step, line, rises: [0.0; 2], width_m: nodes.step_m };
+        let strays = to_f64(count.div_ceil(10));
+        let squares = to_f64(count) - strays + strays * (4.0_f64 * 1.4826).powi(2);
+        let found = nothing.leaves(&nodes, &plane, &left, &fives);
+        assert!((found / (squares / (25.0 * to_f64(count))) - 1.0).abs() < 0.01, "{found}");
+    }
+
+    /// What the best crease leaves of a ring, as a share of what a bent floor does; and what that
+    /// leaves, in the noise of a cell.
+    fn left(annulus: &[[f64; 3]]) -> (f64, f64) {
+        let nodes = Nodes::of(annulus);
+        let plane = nodes.basis(|x, y| vec![1.0, x, y]).unwrap();
+        let bent = nodes.basis(|x, y| vec![1.0, x, y, x * x, y * y, x * y]).unwrap();
+        let left = without(&plane, &nodes.heights);
+        let smooth = without(&bent, &nodes.heights);
+        let breakline = Breakline::best(&nodes, &plane, &left).unwrap();
+        let noise = smooth.norm() / nodes.roots.norm() / nodes.noise_m;
+        (breakline.leaves(&nodes, &plane, &left, &smooth), noise)
+    }
+
+    /// A step of 2 cm amid waves of this height.
+    fn wavy(height_m: f64) -> Vec<[f64; 3]> {
+        annulus(|x, y| {
+            height_m * (12.0 * x).sin() * (9.0 * y).cos() + if x > 0.05 { 0.02 } else { 0.0 }
+        })
+    }
+
+    #[test]
+    fn a_crease_leaves_a_third_of_what_a_bent_floor_does() {
+        let found = |range: std::ops::Range<f64>| {
+            let mut rings = (0..100).map(|k| wavy(2e-4 * f64::from(k)));
+            let annulus = rings.find(|annulus| range.contains(&left(annulus).0)).unwrap();
+            Breakline::found(&annulus, CELL).is_some()
+        };
+        assert!(found(0.22..0.3) && !found(0.42..0.55));
+    }
+
+    #[test]
+    fn a_floor_that_leaves_most_of_the_noise_of_a_cell_is_looked_at() {
+        let mut rings =
+            (0..100).map(|k| annulus(move |x, _| if x > 0.05 { 1e-4 * f64::from(k) } else { 0.0 }));
+        let annulus = rings.find(|annulus| left(annulus).1 > 0.93).unwrap();
+        assert!(
+            left(&annulus).1 < 1.0 && Breakline::found(&annulus, CELL).is_some(),
+            "{:?}",
+            left(&annulus)
+        );
     }
 
     struct Edge {

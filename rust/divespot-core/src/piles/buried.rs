@@ -180,7 +180,8 @@ fn less(p: [f64; 2], q: [f64; 2]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::super::face::tests::pile;
-    use super::super::tests::CELL;
+    use super::super::tests::{CELL, exact, window};
+    use super::*;
     use crate::Point;
 
     const STEP: f64 = CELL / 3.0;
@@ -220,5 +221,83 @@ mod tests {
         let body: f64 =
             (0..240 * 240).map(|i| 1e-4 * body(fine(i % 240, 2.8), fine(i / 240, 1.8))).sum();
         assert!(off.abs() < 0.2 * body, "{off} of {truth}, {body} of them wall");
+    }
+
+    /// A square block from 3 to 5 m along x and 2 to 4 m along y, of this height, amid a floor.
+    fn block(height_m: f64) -> Window {
+        let is_block = |x: f64, y: f64| (x - 4.0).abs() < 1.0 && (y - 3.0).abs() < 1.0;
+        window(&exact(|x, y| if is_block(x, y) { height_m } else { 0.0 }), is_block)
+    }
+
+    /// The block, with walls that run into it on two sides, so many cells wide and long.
+    fn walled(wide: usize, long: usize) -> Window {
+        let mut window = block(1.0);
+        for cell in 0..window.zones.len() {
+            let [x, y] = window.grid.center(cell);
+            let (away, beside) = (((x - 4.0).abs() - 1.0) / CELL, (y - 3.0) / CELL);
+            if (0.0..long as f64).contains(&away) && (0.0..wide as f64).contains(&beside) {
+                window.wall_tops_m[cell] = TOP;
+            }
+        }
+        window
+    }
+
+    #[test]
+    fn a_wall_that_comes_out_of_a_pile_again_goes_on_below_it() {
+        let found = buried(&walled(4, 12));
+        assert_eq!(
+            found.iter().map(|b| b.cell).collect::<std::collections::BTreeSet<_>>().len(),
+            128
+        );
+        // Two sides that run anywhere through a cell, of four cells.
+        let u_share = (2.0_f64 / 12.0).sqrt() / 4.0;
+        assert!(found.iter().all(|b| (b.u_share / u_share - 1.0).abs() < 0.01 && b.top_m == TOP));
+    }
+
+    #[test]
+    fn of_a_wall_of_few_cells_nobody_knows_where_it_goes() {
+        assert!(!buried(&walled(1, 12)).is_empty() && buried(&walled(1, 10)).is_empty());
+        // What lies more than twelve cells away tells nothing: it is no longer than it is wide.
+        assert!(buried(&walled(7, 30)).is_empty());
+    }
+
+    /// A piece of wall 0.6 m long and 0.25 m wide, turned by an angle, whose middle is this far from a
+    /// place.
+    fn piece(from: [f64; 2], away_m: f64, turn_rad: f64) -> Wall {
+        let [x, y] = [turn_rad.cos(), turn_rad.sin()];
+        let at = |i: i32| {
+            let (s, t) = (away_m + 0.05 * f64::from(i % 13 - 6), 0.0625 * f64::from(i / 13 - 2));
+            [from[0] + s * x - t * y, from[1] + s * y + t * x]
+        };
+        Wall::through((0..65).map(at).collect(), TOP, CELL).unwrap()
+    }
+
+    #[test]
+    fn walls_go_on_straight_or_meet_below_the_pile_by_20_degrees() {
+        let joined = |off_m: f64, turn_deg: f64| {
+            let turned = piece([4.0, 3.0 + off_m], 1.4, turn_deg.to_radians());
+            !between(&block(1.0), &piece([4.0, 3.0], -1.4, 0.0), &turned).is_empty()
+        };
+        // The lines along them meet outside of the block, or inside.
+        assert!(joined(0.25, 12.0) && joined(0.0, 30.0) && !joined(0.9, 30.0));
+    }
+
+    #[test]
+    fn half_of_a_straight_wall_holds_points() {
+        let straight = |every: fn(i32) -> bool| {
+            let cells = (0..40).filter(|i| every(*i)).map(|i| [CELL * f64::from(i), 0.0]);
+            Wall::through(cells.collect(), TOP, CELL).unwrap().is_straight(CELL)
+        };
+        assert!(straight(|i| i % 5 < 3) && !straight(|i| i % 3 == 0));
+    }
+
+    #[test]
+    fn a_wall_is_not_below_what_is_lower_by_half_a_cell() {
+        let cells = |lower: f64| {
+            let window = block(TOP - lower * CELL);
+            let wall = piece([4.0, 3.0], -1.4, 0.0);
+            below(&window, &wall, [-9.0, 9.0]).len()
+        };
+        assert!(cells(0.3) > 0 && cells(0.8) == 0);
     }
 }

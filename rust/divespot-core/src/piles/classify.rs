@@ -119,3 +119,24 @@ impl Shape<'_> {
         *heights.select_nth_unstable_by(index, f64::total_cmp).1
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{exact, window};
+    use super::*;
+
+    #[test]
+    fn an_object_of_whose_rim_half_is_high_does_not_lie_as_poured() {
+        let is_steep = |tenths: usize| {
+            let window = window(&exact(|_, _| 0.0), |x, y| (x - 4.0).hypot(y - 3.0) < 1.0);
+            let mut above = window.heights_m.clone();
+            window.cells(Zone::Core).for_each(|cell| above[cell] = 1.0);
+            let rim: Vec<usize> = window.rim().collect();
+            for (i, &cell) in rim.iter().enumerate() {
+                above[cell] = if i * 7 % 20 < tenths { 0.5 } else { 0.2 };
+            }
+            Shape { window: &window, above_m: above, margin_m: 0.01 }.is_steep()
+        };
+        assert_eq!((is_steep(7), is_steep(14)), (false, true));
+    }
+}

@@ -104,3 +104,43 @@ fn without_feet(scene: &Scene<'_>, mut labels: Vec<i32>) -> Vec<i32> {
     feet.into_iter().for_each(|cell| labels[cell] = UNLABELLED);
     labels
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::heightmap::Grid;
+
+    const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 60, rows: 20 };
+
+    /// An object that fills a map of 60 by 20 cells.
+    fn all() -> Found<'static> {
+        Found::on_all_else(vec![0; GRID.len()])
+    }
+
+    fn scene_of() -> Scene<'static> {
+        Scene::new(&GRID, &vec![1.0; GRID.len()], &all(), 0.03).unwrap()
+    }
+
+    #[test]
+    fn what_walls_part_from_a_pile_is_left_from_them_up_to_a_twentieth_of_it() {
+        let is_left = |column: usize| {
+            let mut scene = scene_of();
+            (0..GRID.len()).for_each(|c| scene.faces.walls.cells[c] = c % 60 == column);
+            Divided::of(&scene, &all()).labels[0] == UNLABELLED
+        };
+        // 2 of 57 columns, 4 of 55.
+        assert!(is_left(2) && !is_left(4));
+    }
+
+    #[test]
+    fn walls_hold_what_meets_them_along_a_tenth_of_its_edge() {
+        let held = |cells: usize| {
+            let mut scene = scene_of();
+            (6..6 + cells).for_each(|row| scene.faces.bars[row * 60 + 21] = true);
+            let square: Vec<usize> = (0..GRID.len()).filter(|cell| cell % 60 < 20).collect();
+            is_apart(&scene, &all(), &square)
+        };
+        // Within two cells of the wall lie four more than it has, of an edge of 80.
+        assert!(held(8) && !held(2));
+    }
+}

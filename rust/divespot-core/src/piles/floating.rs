@@ -39,3 +39,43 @@ pub(crate) fn mark(grid: &Grid, found: &Found, objects: &mut [Object]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::base::Base;
+    use super::super::tests::{exact, measured};
+    use super::*;
+    use crate::Point;
+    use crate::connectivity::UNLABELLED;
+
+    /// Whether something 1 m high floats, over whose cells ten points each lie off the surface, and so
+    /// many on the surface, at a height.
+    fn floats(below: usize, height_m: f64) -> bool {
+        let cone = |x: f64, y: f64| (1.0 - (x - 4.0).hypot(y - 3.0)).max(0.0);
+        let map = exact(cone);
+        let mut object = measured(&map, |x, y| cone(x, y) > 0.03).remove(0);
+        object.base = Base::ground(0.0, 0.0, 0.0);
+        object.covers_m.iter_mut().for_each(|p| p[2] = 1.0);
+        let over = |count: usize, z: f64| -> Vec<Point> {
+            object.covers_m.iter().flat_map(|p| vec![[p[0], p[1], z]; count]).collect()
+        };
+        let found = Found {
+            surface: over(below, height_m).into(),
+            loose: over(10, 1.0),
+            ..Found::on_all_else(vec![UNLABELLED; map.grid.len()])
+        };
+        let mut objects = [object];
+        mark(&map.grid, &found, &mut objects);
+        objects[0].reason == Some(Reason::Floating)
+    }
+
+    #[test]
+    fn what_shows_half_as_many_points_below_it_as_it_has_itself_floats() {
+        assert!(floats(7, 0.0) && !floats(3, 0.0));
+    }
+
+    #[test]
+    fn the_surface_lies_below_it_where_it_is_less_than_half_as_high() {
+        assert!(floats(10, 0.4) && !floats(10, 0.7));
+    }
+}

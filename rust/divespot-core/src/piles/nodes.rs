@@ -113,3 +113,20 @@ fn middle_of(mut values: Vec<f64>) -> f64 {
 pub(crate) fn without(basis: &DMatrix<f64>, values: &DVector<f64>) -> DVector<f64> {
     values - basis * basis.tr_mul(values)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_holds_three_cells_and_there_are_24_along_a_side_at_most() {
+        // Squares of so many cells along a side; a side is one shorter than their middles are.
+        let along = |side: i32| {
+            let at = |i: i32| [f64::from(i % side), f64::from(i / side), 0.0];
+            let nodes = Nodes::of(&(0..side * side).map(at).collect::<Vec<_>>());
+            nodes.size_m / nodes.step_m
+        };
+        assert!((along(30) - 30.0 / 3.0_f64.sqrt()).abs() < 1e-9, "{}", along(30));
+        assert!((along(90) - 24.0).abs() < 1e-9, "{}", along(90));
+    }
+}

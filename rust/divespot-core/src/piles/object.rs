@@ -208,3 +208,56 @@ fn beyond_edge(window: &Window) -> f64 {
     let off_scan = toe.iter().filter(|&&cell| window.off_scan[cell]).count() + cut;
     to_f64(off_scan) / to_f64((toe.len() + cut).max(1))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::base::Kind;
+    use super::super::tests::{exact, settings, window};
+    use super::*;
+
+    fn cone(x: f64, y: f64) -> f64 {
+        (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0)
+    }
+
+    /// A cone of whose toe ten times this share lies beyond what was seen.
+    fn off_scan(tenths: usize) -> Window {
+        let mut window = window(&exact(cone), |x, y| cone(x, y) > 0.05);
+        let toe: Vec<usize> = window.cells(Zone::Toe).collect();
+        let cut = toe.iter().enumerate().filter(|(i, _)| i % 100 < tenths).map(|(_, &cell)| cell);
+        let off_scan = Arc::make_mut(&mut window.off_scan);
+        cut.for_each(|cell| off_scan[cell] = true);
+        window
+    }
+
+    #[test]
+    fn a_toe_of_which_a_tenth_lies_beyond_the_scan_is_cut_off() {
+        assert!(touches_edge(&off_scan(15)) && !touches_edge(&off_scan(6)));
+    }
+
+    #[test]
+    fn a_pile_of_whose_toe_half_does_fills_the_view() {
+        let base = Base::plane(0.0, [0.0; 2], 0.0, 0.0, Kind::AnnulusLevel);
+        let reason = |tenths| {
+            let window = off_scan(tenths);
+            let shape = shape(&window, &base, &settings());
+            let (own_base, beyond_edge) = (Some(&base), beyond_edge(&window));
+            Evidence { shape, own_base, seen_fraction: 1.0, beyond_edge }.why_no_pile()
+        };
+        assert_eq!((reason(65), reason(40)), (Some(Reason::CutOff), None));
+    }
+
+    #[test]
+    fn of_a_pile_two_fifths_must_have_been_seen() {
+        let found = window(&exact(cone), |x, y| cone(x, y) > 0.05);
+        let reason = |tenths: usize| {
+            let mut seen = found.clone();
+            let core: Vec<usize> = seen.cells(Zone::Core).collect();
+            let unseen = core.iter().enumerate().filter(|(i, _)| i * 7 % 10 >= tenths);
+            unseen.for_each(|(_, &cell)| seen.heights_m[cell] = f64::NAN);
+            object_of(0, &found, &seen, &settings()).reason
+        };
+        assert_eq!((reason(2), reason(6)), (Some(Reason::TooLittleSeen), None));
+    }
+}

@@ -104,8 +104,8 @@ impl<'a> Occlusions<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Reason;
     use super::super::tests::{exact, measured};
+    use super::*;
 
     /// A box, its shadow, and beyond it a heap whose summit lies `away` m from the shadow's edge.
     fn reasons(away: f64) -> Vec<Option<Reason>> {
@@ -126,5 +126,47 @@ mod tests {
         assert!(reasons(0.0).contains(&Some(Reason::Shadow)), "{:?}", reasons(0.0));
         let whole = reasons(0.9);
         assert!(whole.contains(&None) && !whole.contains(&Some(Reason::Shadow)), "{whole:?}");
+    }
+
+    /// A cone as it was measured, with its highest cell first.
+    fn cone() -> (Grid, Object) {
+        let cone = |x: f64, y: f64| (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0);
+        let map = exact(cone);
+        (map.grid, measured(&map, |x, y| cone(x, y) > 0.05).remove(0))
+    }
+
+    #[test]
+    fn a_summit_is_a_twentieth_of_the_cells() {
+        let (_, mut object) = cone();
+        object.covers_m.truncate(400);
+        assert_eq!(summit(&object).len(), 20);
+    }
+
+    #[test]
+    fn two_thirds_of_a_volume_that_were_seen_are_most_of_it() {
+        let (grid, mut object) = cone();
+        object.covers_m.truncate(100);
+        object.covers_m.iter_mut().for_each(|p| p[2] = 1.0);
+        let seen = |count: usize| {
+            let mut surface_m = vec![f64::NAN; grid.len()];
+            object.covers_m[..count].iter().for_each(|p| surface_m[grid.cell(&p[..])] = 1.0);
+            mostly_seen(&grid, &surface_m, &object)
+        };
+        assert!(seen(75) && !seen(60));
+    }
+
+    #[test]
+    fn a_cell_three_columns_from_a_shadow_borders_it() {
+        let (grid, _) = cone();
+        let dark =
+            |cell: usize| cell % grid.columns == 20 && (10..30).contains(&(cell / grid.columns));
+        let heights_m: Vec<f64> =
+            (0..grid.len()).map(|cell| if dark(cell) { f64::NAN } else { 0.0 }).collect();
+        let shadows = Occlusions::of(&grid, &heights_m);
+        let borders = |away: usize| {
+            let [x, y] = grid.center(20 * grid.columns + 20 + away);
+            shadows.near(&[x, y, 0.0]).next().is_some()
+        };
+        assert!(borders(3) && !borders(4));
     }
 }

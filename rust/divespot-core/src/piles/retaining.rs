@@ -202,4 +202,23 @@ mod tests {
         heights_m[cell] += 0.2;
         assert!(lip(&heights_m));
     }
+
+    #[test]
+    fn the_surface_before_a_wall_goes_on_as_it_is_four_columns_away() {
+        // Nothing was seen right before the wall, and five columns away another surface begins.
+        let (grid, mut heights_m) = across(10, 2, 0.0);
+        let retaining: Vec<bool> = heights_m.iter().map(|h| h.is_nan()).collect();
+        for (cell, height_m) in heights_m.iter_mut().enumerate() {
+            *height_m = match cell % 40 {
+                7 | 8 => f64::NAN,
+                column if column < 5 => 90.0,
+                _ => *height_m,
+            };
+        }
+        let cell = 20 * 40 + 9;
+        let lip = |heights_m: &[f64]| is_lip(&grid, heights_m, &retaining, cell, 0.1);
+        assert!(!lip(&heights_m));
+        heights_m[cell] += 0.2;
+        assert!(lip(&heights_m));
+    }
 }

@@ -156,3 +156,49 @@ fn things(grid: &Grid, rises: &[bool], is_bare: impl Fn(usize) -> bool) -> Vec<V
     let cells = each(grid, |cell| rises[cell] || is_bare(cell));
     components(grid, closed(grid, &cells), &EIGHT)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: Grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 40, rows: 20 };
+
+    fn over(cell: usize, heights_m: &[f64]) -> Vec<(usize, Point)> {
+        let [x, y] = GRID.center(cell);
+        heights_m.iter().map(|&z| (cell, [x, y, z])).collect()
+    }
+
+    #[test]
+    fn four_points_or_more_are_a_face() {
+        let rises = |heights_m: &[f64]| {
+            Risen::of(&GRID, &vec![0.0; GRID.len()], &over(210, heights_m), 0.0).rises[210]
+        };
+        assert!(rises(&[0.5, 1.0, 1.5, 2.0, 2.5]) && !rises(&[0.5, 1.5, 2.5]));
+    }
+
+    #[test]
+    fn gaps_of_four_cells_in_a_wall_are_closed() {
+        let is_closed = |next: usize| {
+            let cells: Vec<bool> =
+                (0..GRID.len()).map(|c| [10, next].contains(&(c % 40))).collect();
+            closed(&GRID, &cells)[10 * 40 + 13]
+        };
+        assert!(is_closed(15) && !is_closed(16));
+    }
+
+    #[test]
+    fn a_wall_rises_in_a_fifth_of_its_cells() {
+        let stands = |rising: usize| {
+            let strip: Vec<usize> = (0..20).map(|k| 10 * 40 + 10 + k).collect();
+            let mut heights_m = vec![0.0; GRID.len()];
+            strip.iter().for_each(|&cell| heights_m[cell] = f64::NAN);
+            let column = |(k, &cell): (usize, &usize)| match k < rising {
+                true => over(cell, &[0.5, 1.0, 1.5, 2.0, 2.5]),
+                false => over(cell, &[30.0]),
+            };
+            let risen: Vec<(usize, Point)> = strip.iter().enumerate().flat_map(column).collect();
+            Walls::of(&GRID, &heights_m, &risen, 0.0).standing[strip[10]]
+        };
+        assert!(stands(5) && !stands(3));
+    }
+}

@@ -134,6 +134,7 @@ impl MergeTree {
 #[cfg(test)]
 mod tests {
     use super::super::tests::{CELL, exact, measured};
+    use super::MergeTree;
 
     /// Two cones of radius 1 m, `apart` m from each other along an oblique line.
     fn cones(apart: f64, lower: f64) -> Vec<f64> {
@@ -178,5 +179,15 @@ mod tests {
         let objects =
             measured(&exact(|x, y| height(x, y) + noise(x, y)), |x, y| height(x, y) > 0.05);
         assert_eq!(objects.len(), 1);
+    }
+
+    #[test]
+    fn a_part_of_fewer_than_nine_cells_is_no_pile() {
+        let is_valley = |cells: usize| {
+            let (heights_m, joined) = (vec![1.0, 1.0, 0.1], vec![0, 1, 2]);
+            let (summit, cells) = (vec![None; 3], vec![50, cells, 0]);
+            MergeTree { heights_m, margin_m: 0.0, summit, joined, cells }.valley(2, 0, 1)
+        };
+        assert!(is_valley(12) && !is_valley(6));
     }
 }
