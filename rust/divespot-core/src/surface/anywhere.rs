@@ -30,6 +30,7 @@ pub(crate) fn seed(grid: &Grid, lowest_m: &[f64], reach_m: f64, seeds_m: &mut [f
 #[cfg(test)]
 mod tests {
     use super::super::surface_points;
+    use super::*;
     use crate::Point;
 
     /// A cone that fills the view, and a lamp over it.
@@ -53,5 +54,22 @@ mod tests {
         };
         assert_eq!(count(false), [0, 0]);
         assert_eq!(count(true), [10_000, 0]);
+    }
+
+    #[test]
+    fn a_piece_of_a_tenth_of_the_largest_is_large() {
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns: 40, rows: 10 };
+        let is_seeded = |cells: usize| {
+            let height = |cell: usize| match (cell / 40, cell % 40) {
+                (0..5, _) => 0.0,
+                (9, column) if column < cells => 9.0,
+                _ => f64::NAN,
+            };
+            let lowest_m: Vec<f64> = (0..grid.len()).map(height).collect();
+            let mut seeds_m = vec![f64::NAN; grid.len()];
+            seed(&grid, &lowest_m, 1.0, &mut seeds_m);
+            !seeds_m[9 * 40].is_nan()
+        };
+        assert!(is_seeded(30) && !is_seeded(14));
     }
 }

@@ -260,3 +260,86 @@ impl<'a> Relief<'a> {
         top.is_some_and(|&z| z > self.highest_m[cell] + SIGMAS * self.noise_m)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Point;
+
+    /// A surface of so many rows, as high as each column is.
+    fn surface(rows: usize, heights_m: &[f64]) -> Columns {
+        let columns = heights_m.len();
+        let grid = Grid { origin_m: [0.0; 2], cell_m: 1.0, columns, rows };
+        let point = |cell: usize| -> Point {
+            let [x, y] = grid.center(cell);
+            [x, y, heights_m[cell % columns]]
+        };
+        Columns::of(&(0..grid.len()).map(point).collect::<Vec<_>>(), grid, 1)
+    }
+
+    /// What a test asks of the relief of a surface, its own heights walked.
+    fn ask<T>(rows: usize, heights_m: &[f64], question: impl Fn(&Relief<'_>) -> T) -> T {
+        let columns = surface(rows, heights_m);
+        let walked: Vec<f64> = (0..columns.grid.len()).map(|c| columns.heights(c)[0]).collect();
+        let ground = vec![false; walked.len()];
+        question(&Relief::of(&columns, &walked, &ground, 0.0))
+    }
+
+    #[test]
+    fn a_cell_higher_than_half_of_a_drop_is_on_top_of_it() {
+        let is_on_top = |height_m: f64| {
+            let columns = surface(1, &[height_m, 0.0]);
+            let (walked, ground) = ([height_m, 0.0], [false; 2]);
+            let relief = Relief::of(&columns, &walked, &ground, 0.0);
+            let relief = Relief { highest_m: vec![10.0, 0.0], ..relief };
+            relief.drops_to(0, 1, (1, 0), 1)
+        };
+        assert!(is_on_top(6.5) && !is_on_top(3.5));
+    }
+
+    #[test]
+    fn a_face_drops_at_once_by_four_fifths_of_what_it_drops_over_four_cells() {
+        let at_once = |drops_m: [f64; 9]| {
+            let heights_m: Vec<f64> = [10.0].into_iter().chain(drops_m.map(|d| 10.0 - d)).collect();
+            ask(1, &heights_m, |relief| relief.drops_at_once(0, (1, 0), 1))
+        };
+        let foot = |first_m: f64, at: usize| {
+            let mut drops_m = [first_m; 9];
+            drops_m[at - 1..].fill(10.0);
+            drops_m
+        };
+        assert!(at_once(foot(9.0, 5)) && !at_once(foot(6.5, 5)));
+        assert!(at_once(foot(6.5, 8)), "farther away is another face");
+    }
+
+    #[test]
+    fn in_front_of_a_board_there_is_a_cell_and_a_half_of_its_face() {
+        let ends = |away: usize| {
+            let heights_m: Vec<f64> = (0..24).map(|x| if x < 12 { 10.0 } else { 0.0 }).collect();
+            ask(21, &heights_m, |relief| relief.ends(10 * 24 + 12 - away, 1.0))
+        };
+        assert!(ends(2) && !ends(3));
+    }
+
+    #[test]
+    fn no_more_than_two_cells_of_a_face_hold_points_at_all_heights() {
+        let at_once = |mixed: usize| {
+            let height = |x: usize| {
+                if x == 0 {
+                    10.0
+                } else if x <= mixed {
+                    5.0
+                } else {
+                    0.0
+                }
+            };
+            let columns = surface(1, &(0..9).map(height).collect::<Vec<_>>());
+            let walked: Vec<f64> = (0..9)
+                .map(|x| if (1..=mixed).contains(&x) { f64::NAN } else { height(x) })
+                .collect();
+            let ground = [false; 9];
+            Relief::of(&columns, &walked, &ground, 0.0).drops_at_once(0, (1, 0), mixed as isize + 1)
+        };
+        assert!(at_once(2) && !at_once(3));
+    }
+}
