@@ -456,4 +456,132 @@ mod tests {
         let plane = ground(&points, 3, None);
         assert!(plane.normal[2] > 0.998, "{plane:?}");
     }
+
+    /// The score of the floor z = 0, 1 m wide, of a scene of these points and normals.
+    fn score(drawn: &[Point], normals: &[Normal]) -> f64 {
+        let scene = Scene { drawn, normals, settings: &settings(0, None), frame: UNKNOWN };
+        let normal = [0.0, 0.0, 1.0];
+        scene.score(&Plane { normal, offset_m: 0.0, inliers: 400, rms_m: 0.0 })
+    }
+
+    /// A floor of 20 by 20 points.
+    fn floor() -> Vec<Point> {
+        (0..400).map(|i| [f64::from(i % 20) * 0.05, f64::from(i / 20) * 0.05, 0.0]).collect()
+    }
+
+    /// Pieces of surface up to 1 m above the floor, turned from it by an angle, to all sides.
+    fn above(count: u32, turn_deg: f64) -> Vec<Normal> {
+        let (sin, cos) = turn_deg.to_radians().sin_cos();
+        let piece = |i: u32| {
+            let (y, x) = (f64::from(i) * 2.399_963).sin_cos();
+            let z = 0.02 + 0.98 * f64::from(i) / f64::from(count);
+            Normal { at: [0.5, 0.5, z], normal: [sin * x, sin * y, cos] }
+        };
+        (0..count).map(piece).collect()
+    }
+
+    #[test]
+    fn upright_and_level_surfaces_weigh_half_as_much_as_points_on_the_plane() {
+        let more = |turn_deg: f64| score(&floor(), &above(100, turn_deg)) - score(&floor(), &[]);
+        assert!((more(0.0) - 0.5).abs() < 1e-9 && (more(90.0) - 0.5).abs() < 1e-9);
+        // 15° from either is neither.
+        assert!((more(12.0) - 0.5).abs() < 1e-9 && (more(78.0) - 0.5).abs() < 1e-9);
+        assert!(more(17.5) > 0.7, "poured: {}", more(17.5));
+        assert!(more(60.0).abs() < 1e-9, "steeper than anything poured, less than upright");
+    }
+
+    #[test]
+    fn poured_slopes_prove_by_half_from_a_hundredth_of_all_and_by_ten_of_few() {
+        let proof = |poured: u32, all: u32| {
+            let normals = [above(poured, 35.0), above(all - poured, 60.0)].concat();
+            score(&floor(), &normals) - score(&floor(), &[])
+        };
+        // All of them lie all round; half of their heights count twice.
+        assert!((proof(20, 20) - 20.0 / 30.0).abs() < 0.08, "{}", proof(20, 20));
+        assert!((proof(40, 4000) - 0.5).abs() < 0.05, "{}", proof(40, 4000));
+    }
+
+    #[test]
+    fn a_point_below_weighs_twice_as_much_as_one_on_the_plane() {
+        let with = |z: f64, x: f64| {
+            let points = [floor(), vec![[x, 0.5, z]; 40]].concat();
+            (score(&points, &[]) - score(&[floor(), vec![[x, 0.5, 1.0]; 40]].concat(), &[])) * 11.0
+        };
+        assert!((with(-1.0, 0.5) + 2.0).abs() < 0.1, "{}", with(-1.0, 0.5));
+    }
+
+    #[test]
+    fn below_is_what_lies_deeper_than_noise_and_than_the_ground_may_slope() {
+        let plane = Plane { normal: [0.0, 0.0, 1.0], offset_m: 0.0, inliers: 400, rms_m: 0.0 };
+        let is_below = |x: f64, z: f64| below(&plane, &floor(), &[[x, 0.475, z]], 0.01) == 1;
+        // Two thresholds in the middle of the floor, and a tenth of the way to 10 m off.
+        assert!(is_below(0.475, -0.028) && !is_below(0.475, -0.014));
+        assert!(is_below(10.475, -1.4) && !is_below(10.475, -0.7));
+    }
+
+    #[test]
+    fn where_nothing_else_decides_z_is_up() {
+        let scene =
+            Scene { drawn: &floor(), normals: &[], settings: &settings(0, None), frame: UNKNOWN };
+        let plane = Plane { normal: [0.0, 0.0, 1.0], offset_m: 0.0, inliers: 400, rms_m: 0.0 };
+        let more = scene.score(&plane) - scene.score(&turned(plane));
+        assert!((more - 2.0 * 0.02).abs() < 1e-9, "{more}");
+    }
+
+    #[test]
+    fn a_plane_rests_on_a_fiftieth_of_the_points_and_six_are_looked_at() {
+        // Floors above each other, the lowest with most points.
+        let stack = |counts: &[usize]| {
+            let level = |(k, &n): (usize, &usize)| {
+                (0..n).map(move |i| [(i % 10) as f64 * 0.1, (i / 10) as f64 * 0.1, k as f64])
+            };
+            let drawn: Vec<Point> = counts.iter().enumerate().flat_map(level).collect();
+            let scene =
+                Scene { drawn: &drawn, normals: &[], settings: &settings(0, None), frame: UNKNOWN };
+            scene.candidates(None).unwrap().len()
+        };
+        assert_eq!(stack(&[970, 30]), 2);
+        assert_eq!(stack(&[985, 15]), 1);
+        assert_eq!(stack(&[170, 160, 150, 140, 130, 120, 110]), 6);
+    }
+
+    #[test]
+    fn of_poured_slopes_a_twentieth_may_be_higher_than_their_top() {
+        let slope = |height_m: f64| Slope { height_m, level: 0.8, downhill: Vector3::x() };
+        let slopes: Vec<Slope> = (0..100)
+            .map(|i| {
+                slope(if i < 60 {
+                    0.3
+                } else if i < 92 {
+                    0.9
+                } else {
+                    9.0
+                })
+            })
+            .collect();
+        // Of 100 slopes 8 are too many strays: the top is theirs, and all others lie low.
+        assert_eq!(low(&slopes.iter().collect::<Vec<_>>(), 0.0), 92.0);
+        let few: Vec<&Slope> = slopes.iter().take(95).collect();
+        assert_eq!(low(&few, 0.0), 60.0);
+    }
+
+    #[test]
+    fn a_floor_within_half_a_degree_of_z_says_that_z_is_up_and_within_two_it_is_the_ground() {
+        let tilted = |degrees: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let points: Vec<Point> = (0..1600)
+                .map(|i| [f64::from(i % 40) * 0.05, f64::from(i / 40) * 0.05])
+                .map(|[x, y]| [cos * x, y, sin * x])
+                .collect();
+            let normals = survey(&points, 0, 1).unwrap().normals;
+            let frame = Frame { sensor: None, z: Axis::Up };
+            let scene =
+                Scene { drawn: &points, normals: &normals, settings: &settings(0, None), frame };
+            scene.level().map(|(_, up)| up)
+        };
+        assert_eq!(tilted(0.35), Some(Up::SmallTilt));
+        assert_eq!(tilted(0.75), Some(Up::NothingBelow));
+        assert_eq!(tilted(1.4), Some(Up::NothingBelow));
+        assert_eq!(tilted(3.0), None);
+    }
 }

@@ -431,4 +431,16 @@ mod tests {
         assert!(matches!(height_map(&far, -1.0), Err(Error::Setting { .. })));
         assert_eq!(height_map(&[[4.0; 3]], 0.1).unwrap().heights_m, [4.0]);
     }
+
+    #[test]
+    fn a_grid_that_would_be_all_gaps_is_refused() {
+        let refused = |millions: f64, points: usize| {
+            let bounds = Bounds { min: [0.0; 3], max: [1e3 * millions - 1.0, 999.0, 0.0] };
+            matches!(Grid::over(&bounds, 1.0, points), Err(Error::GridTooLarge { .. }))
+        };
+        // 2²² cells, or 64 a point, or 2²⁶ at most.
+        assert!(refused(5.5, 1) && !refused(3.0, 1));
+        assert!(refused(8.6, 100_000) && !refused(4.9, 100_000));
+        assert!(refused(90.0, 2_000_000) && !refused(45.0, 2_000_000));
+    }
 }

@@ -328,4 +328,12 @@ mod tests {
         let wrong = Settings { threshold_m: f64::NAN, ..settings() };
         assert!(matches!(fit_plane(&line, &wrong), Err(Error::Setting { .. })));
     }
+
+    #[test]
+    fn hypotheses_go_on_until_one_in_a_million_would_miss() {
+        let plane = Plane { normal: [0.0, 0.0, 1.0], offset_m: 0.0, inliers: 0, rms_m: 0.0 };
+        let drawn: Vec<Point> = (0..100).map(|i| [0.0, 0.0, f64::from(i / 50)]).collect();
+        // Half of the points lie on it: one hypothesis in eight is free of others.
+        assert_eq!(still_needed(&drawn, &plane, 0.1), 104);
+    }
 }

@@ -243,4 +243,38 @@ mod tests {
         let one = surface_mask(&[[0.0; 3]], 1);
         assert_eq!(one.len(), 1);
     }
+
+    #[test]
+    fn a_neighbour_counts_by_how_well_it_lies_in_a_plane_that_may_bend_by_17_degrees() {
+        let near = [Near::of(&[0.0; 3], &[1.0, 0.0, 0.25], 0)];
+        assert!((in_plane(&near, [0.0; 2]).share - (1.0 - (0.25_f64 / 0.3).powi(2))).abs() < 1e-12);
+    }
+
+    #[test]
+    fn planes_are_tried_to_all_sides_up_to_42_degrees() {
+        let all = tilts();
+        let steepest = all.iter().map(|t| t[0].hypot(t[1])).fold(0.0, f64::max);
+        assert!((steepest.atan().to_degrees() - 42.0).abs() < 0.1, "{steepest}");
+        // In the middle between two of eight directions a plane is off by at most half a step.
+        assert_eq!(all.len(), 1 + 3 * 8);
+    }
+
+    /// Points along a line, of which those that are stand off it.
+    fn line(count: usize, stands: impl Fn(usize) -> bool) -> Vec<Point> {
+        (0..count).map(|i| [i as f64, 0.0, if stands(i) { 1e3 } else { 0.0 }]).collect()
+    }
+
+    #[test]
+    fn the_eight_nearest_that_are_left_say_whether_a_point_is_a_stray() {
+        let points = line(40, |i| (5..9).contains(&i));
+        let left = Left::of(&points, 1);
+        assert!((left.support(0).share - 0.5).abs() < 1e-12, "{:?}", left.support(0));
+        assert_eq!(left.known[0].len(), 32);
+        let is_stray = |share: f64| {
+            let mut supports = vec![Support { share: 1.0, against: 0 }; 40];
+            supports[0].share = share;
+            left.is_stray(0, &supports)
+        };
+        assert!(is_stray(0.35) && !is_stray(0.65));
+    }
 }

@@ -254,4 +254,52 @@ mod tests {
         assert!(tilt.sum::<f64>() / (survey.normals.len() as f64) < 0.05);
         assert!(survey.roughness_m > 2e-4 && survey.roughness_m < 1e-3, "{}", survey.roughness_m);
     }
+
+    #[test]
+    fn about_two_thousand_positions_are_looked_at_of_which_seventeen_make_a_surface() {
+        let normals = |columns: usize, rows: usize| {
+            let at = |i: usize| [(i % columns) as f64, (i / columns) as f64, 0.0];
+            let points: Vec<Point> = (0..columns * rows).map(at).collect();
+            survey(&points, 0, 1).unwrap().normals.len()
+        };
+        assert!((1500..2700).contains(&normals(100, 100)), "{}", normals(100, 100));
+        assert!(normals(4, 5) > 0 && normals(2, 7) == 0);
+    }
+
+    #[test]
+    fn a_raster_is_regular_to_a_millionth_of_its_step() {
+        let is_regular = |off: f64| {
+            let other = grid(1.0 + off, 1).into_iter().map(|p| [p[0] + 100.0, p[1], p[2]]);
+            let points: Vec<Point> = grid(1.0, 1).into_iter().chain(other).collect();
+            survey(&points, 0, 1).unwrap().regular
+        };
+        assert!(is_regular(0.7e-6) && !is_regular(1.6e-6));
+    }
+
+    /// Positions with this spacing, that lie so far off the plane of their neighbours.
+    fn positions(count: usize, spacing_m: f64, off_m: f64) -> Vec<Neighborhood> {
+        let surface = Some((Normal { at: [0.0; 3], normal: [0.0, 0.0, 1.0] }, off_m));
+        (0..count).map(|_| Neighborhood { crowded: false, spacing_m, surface }).collect()
+    }
+
+    #[test]
+    fn strays_are_off_by_a_twentieth_of_their_spacing_and_twice_the_roughness() {
+        let counts = |off_m: f64, roughness_m: f64| {
+            let seen = [positions(10, 1.0, 0.0), positions(90, 5.0, off_m)];
+            sparse(&seen.into_iter().flatten().collect::<Vec<_>>(), roughness_m) == 5.0
+        };
+        assert!(counts(5.0 * 0.035, 0.0) && !counts(5.0 * 0.08, 0.0));
+        assert!(counts(13.0, 10.0) && !counts(30.0, 10.0));
+    }
+
+    #[test]
+    fn three_in_a_hundred_may_lie_anywhere_and_three_quarters_are_dense_enough() {
+        let found = |few: usize, spacing_m: f64| {
+            let seen = [positions(100 - few, 1.0, 0.0), positions(few, spacing_m, 0.0)];
+            sparse(&seen.into_iter().flatten().collect::<Vec<_>>(), 0.0)
+        };
+        assert_eq!((found(2, 100.0), found(5, 100.0)), (1.0, 100.0));
+        // Of 97, 7 have 20 % of the area, or 13 a third.
+        assert_eq!((found(10, 1.8), found(16, 1.8)), (1.0, 1.8));
+    }
 }
