@@ -137,3 +137,27 @@ def skip(seed: int, level: float) -> Floats:
 def test_what_came_into_an_open_container_is_counted() -> None:
     found = divespot.compare(skip(1, 0.3), skip(2, 0.7))
     assert abs(found.net.volume_m3 - 0.4 * 2.0 * 1.6) < found.net.u95_m3
+
+
+def test_of_fewer_than_six_blocks_nothing_is_said() -> None:
+    def edges(side: int) -> tuple[float, ...]:
+        return Spread.of(np.ones((side, side)), 1.0, float(side * side)).edges_m
+
+    # 64, 16 and 4 blocks; 144, 36, 9 and 4.
+    assert edges(8) == (1.0, 2.0)
+    assert edges(12) == (1.0, 2.0, 4.0)
+
+
+def test_the_spread_of_normal_differences_is_their_standard_deviation() -> None:
+    stable = np.random.default_rng(1).normal(0.0, 0.01, (200, 200))
+    assert Spread.of(stable, 1.0, 4e4).u_m[0] == pytest.approx(0.01, rel=0.03)
+
+
+def test_errors_go_together_up_to_blocks_that_are_half_as_sure() -> None:
+    spread = Spread((1.0, 2.0, 4.0), (1.0, 0.8, 0.35), (400, 100, 25), 400.0)
+    assert spread._independent(1.0) == 100
+
+
+def test_one_comparison_of_twenty_lists_a_place_that_did_not_change() -> None:
+    spread = Spread((1.0,), (1.0,), (1_000_000,), 1.0)
+    assert spread.clear_by(1.0) == pytest.approx(1.96, abs=0.01)
