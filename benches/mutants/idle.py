@@ -30,7 +30,12 @@ DECIDING = ("surface/columns.rs BLOCK", "hdbscan/knn.rs BEYOND", "hdbscan/knn.rs
 #: How finely something is computed: twice as finely is right too. Half must be noticed.
 FINE = (
     *("film.rs SWEEPS", "ground.rs COMPARED", "piles/banks.rs PARTS", "piles/base.rs ROUNDS"),
-    *("piles/crease.rs SETTLINGS", "piles/flat_top.rs FITS", "plane.rs LEAST_HYPOTHESES"),
+    *(
+        "piles/crease.rs ROUNDS",
+        "piles/crease.rs SETTLINGS",
+        "piles/flat_top.rs FITS",
+        "plane.rs LEAST_HYPOTHESES",
+    ),
     *("plane.rs REFITS", "plane.rs SCORED", "tin.rs PLACES"),
 )
 #: Numbers of things, no quantities; and what stands for infinity.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 #: A mutant that takes longer is noticed; longer tests are not run, nor more of them for a mutant.
-LIMIT_S, LONGEST_S, TOGETHER_S = 60, 10.0, 25.0
+LIMIT_S, LONGEST_S, TOGETHER_S = 60, 20.0, 25.0
 #: Test files that say nothing of answers, or take long to.
 LEFT_OUT = (
     *("packaging", "wheels", "readme", "layers", "examples", "interrupt", "memory", "io_web"),
