@@ -293,4 +293,32 @@ mod tests {
             assert!(matches!(result, Err(Error::Setting { name: "lower_fraction", .. })));
         }
     }
+
+    #[test]
+    fn a_peak_ends_where_half_of_it_is_left_and_the_first_reaches_a_tenth_of_the_highest() {
+        assert_eq!(first_peak(&[10.0, 4.0, 20.0, 0.0]), 0);
+        assert_eq!(first_peak(&[10.0, 6.0, 20.0, 0.0]), 2);
+        assert_eq!(first_peak(&[14.0, 0.0, 100.0, 0.0]), 0);
+        assert_eq!(first_peak(&[7.0, 0.0, 100.0, 0.0]), 2);
+    }
+
+    #[test]
+    fn a_hundredth_of_the_heights_may_lie_astray() {
+        let last = |strays: usize| {
+            let height = |i: usize| if i < strays { 10.0 } else { 0.001 * (i % 100) as f64 };
+            let heights: Vec<f64> = (0..1000).map(height).collect();
+            lower_part(&height_histogram(&heights, 0.1, 1).unwrap(), 1000, 1.0).1
+        };
+        assert!(last(7) < 3 && last(14) > 90);
+    }
+
+    #[test]
+    fn a_window_moves_eight_times_at_most() {
+        // Each bin holds twice as much as the one before: the mean lies in the next.
+        let bin = |k: i32| vec![f64::from(k) + 0.4; 1 << k];
+        let heights: Vec<f64> = [0.0].into_iter().chain((0..17).flat_map(bin)).collect();
+        let histogram = height_histogram(&heights, 1.0, 3).unwrap();
+        let top_m = Cumulative::new(&histogram, &heights).top_m(2);
+        assert!((top_m - 10.4 - 1.5 / 3.5).abs() < 0.01, "{top_m}");
+    }
 }

@@ -210,4 +210,91 @@ mod tests {
         let share = unevenness_of_rays(&points, [0.0; 3], 3, 1);
         assert_eq!(share, unevenness_of_rays(&shuffled, [0.0; 3], 3, 2));
     }
+
+    /// A square raster of so many places a side, of this step.
+    fn raster(side: usize, step: f64) -> impl Iterator<Item = Point> {
+        let half = 0.5 * side as f64;
+        (0..side * side).map(move |i| {
+            [((i % side) as f64 - half) * step, ((i / side) as f64 - half) * step, 1.0]
+        })
+    }
+
+    #[test]
+    fn a_tenth_of_the_spacings_on_either_side_are_left_out_of_their_spread() {
+        // 900 places a step apart, and others e times as far.
+        let of = |side: usize| {
+            let wide = raster(side, std::f64::consts::E).map(|p| [p[0] + 1e3, p[1], p[2]]);
+            spread(&raster(30, 1.0).chain(wide).collect::<Vec<_>>())
+        };
+        assert!(of(13) > 0.8 && of(8) < 0.6, "{} {}", of(13), of(8));
+    }
+
+    #[test]
+    fn the_sixteenth_neighbour_tells_the_spacing_of_every_tenth_point() {
+        // Clumps of 12 and of 24.
+        let clump = |k: u64, count: u64| {
+            (0..count).map(move |i| {
+                let [x, y] = [chance(100 * k + 2 * i), chance(100 * k + 2 * i + 1)];
+                [x + 100.0 * (k % 8) as f64, y + 100.0 * (k / 8) as f64, 1.0]
+            })
+        };
+        let points: Vec<Point> =
+            (0..64).flat_map(|k| clump(k, if k % 2 == 0 { 12 } else { 24 })).collect();
+        assert!(spread(&points) > 3.0, "{}", spread(&points));
+        assert_eq!(around(&points[..1000], 4, 1, |_, _| ()).len(), 100);
+    }
+
+    /// The share of rays, a step apart, beside which something lies at another range.
+    fn hidden(step: f64, range: impl Fn(usize, usize) -> f64) -> f64 {
+        let rays: Vec<Point> =
+            raster(31, step).map(|p| Vector::from(p).normalize().into()).collect();
+        let at = |(i, ray): (usize, &Point)| ray.map(|v| v * range(i % 31, i / 31));
+        let points: Vec<Point> = rays.iter().enumerate().map(at).collect();
+        hidden_share(&points, &rays, 1)
+    }
+
+    #[test]
+    fn ranges_are_apart_by_ten_times_the_way_across_and_more_than_noise() {
+        // From column to column, where eight neighbours lie up to a diagonal away.
+        let steep = |slope: f64| {
+            let growth = 1.0 + slope * 0.01 * std::f64::consts::SQRT_2;
+            hidden(0.01, |x, _| growth.powi(x as i32))
+        };
+        assert!(steep(14.0) > 0.9 && steep(7.0) < 0.1, "{} {}", steep(14.0), steep(7.0));
+        let noisy =
+            |off: f64| hidden(1e-4, |x, y| if x % 5 + y % 5 == 0 { 1.0 + off } else { 1.0 });
+        assert!(noisy(0.03) > 0.2 && noisy(0.014) == 0.0);
+    }
+
+    #[test]
+    fn of_what_a_sensor_saw_a_fifth_may_lie_at_edges() {
+        let seen = |one_in: usize| {
+            let mut points = frame();
+            points.iter_mut().step_by(one_in).for_each(|p| *p = p.map(|v| 1.3 * v));
+            unevenness_of_rays(&points, [0.0; 3], 0, 1).is_some()
+        };
+        assert!(seen(75) && !seen(30));
+    }
+
+    #[test]
+    fn of_fewer_than_five_hundred_points_nothing_is_known() {
+        let seen = |count: usize| unevenness_of_rays(&frame()[..count], [0.0; 3], 0, 1).is_some();
+        assert!(seen(700) && !seen(350));
+    }
+
+    #[test]
+    fn a_view_is_wide_enough_for_perspective_and_holds_nearly_all_points() {
+        // Points all round an axis at these angles to it, so many at each.
+        let is_view = |rings: &[(usize, f64)]| {
+            let ring = |&(count, angle): &(usize, f64)| {
+                (0..count).map(move |i| {
+                    let (y, x) = (std::f64::consts::TAU * i as f64 / count as f64).sin_cos();
+                    [angle.sin() * x, angle.sin() * y, angle.cos()]
+                })
+            };
+            view_axis(&rings.iter().flat_map(ring).collect::<Vec<_>>()).is_some()
+        };
+        assert!(is_view(&[(1000, 0.13)]) && !is_view(&[(1000, 0.06)]));
+        assert!(is_view(&[(993, 0.2), (7, 2.0)]) && !is_view(&[(700, 0.2), (300, 2.0)]));
+    }
 }

@@ -282,4 +282,38 @@ mod tests {
         assert!(height_map(&line, 0.5).unwrap().heights_m.iter().all(|h| h.is_nan()));
         assert!(height_map(&[], 0.5).is_err());
     }
+
+    /// The height that a map of these points has at a place.
+    fn height_at(points: &[Point], cell_m: f64, x: f64, y: f64) -> f64 {
+        let map = height_map(points, cell_m).unwrap();
+        map.heights_m[map.grid.cell(&[x, y])]
+    }
+
+    #[test]
+    fn what_is_five_spacings_wide_was_not_seen() {
+        let crossed = |gap: f64| {
+            let at = |i: i32| if i < 6 { f64::from(i) } else { f64::from(i - 6) + 5.0 + gap };
+            let points: Vec<Point> =
+                (0..144).map(|i| [at(i % 12), f64::from(i / 12), 1.0]).collect();
+            height_at(&points, 0.5, 5.0 + 0.5 * gap, 5.5) == 1.0
+        };
+        assert!(crossed(4.0) && !crossed(7.0));
+    }
+
+    #[test]
+    fn three_neighbours_as_sparse_are_no_strays() {
+        let dense = (0..21 * 61).map(|i| [0.1 * f64::from(i % 21), 0.1 * f64::from(i / 21), 1.0]);
+        let ladder = (0..14).map(|i| [4.0 + f64::from(i % 2), f64::from(i / 2), 1.0]);
+        let points: Vec<Point> = dense.chain(ladder).collect();
+        assert_eq!(height_at(&points, 0.1, 4.5, 3.1), 1.0);
+    }
+
+    #[test]
+    fn what_is_steeper_than_50_degrees_is_a_step() {
+        let quarter = |slope: f64| {
+            let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, slope], [0.0, 1.0, 0.0], [1.0, 1.0, slope]];
+            height_at(&corners, 0.1, 0.25, 0.5) / slope
+        };
+        assert!(quarter(1.0) > 0.15 && quarter(1.6) == 0.0);
+    }
 }
