@@ -19,8 +19,9 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "target" / "aarch64"
 SYSTEM, SITE, APT, SCENES = (FOLDER / name for name in ("system", "site", "apt", "scenes"))
 
-#: The Jetson Nano's core; the nearest that qemu 7.2 has to that of Orin, a Cortex-A78.
-CORES = ("cortex-a57", "neoverse-n1")
+#: The Jetson Nano's core, and the Raspberry Pi 5's: the nearest that qemu 7.2 has to Orin's, a
+#: Cortex-A78.
+CORES = ("cortex-a57", "cortex-a76")
 
 PLATFORMS = ("manylinux2014_aarch64", "manylinux_2_17_aarch64", "manylinux_2_28_aarch64")
 DEBIAN = ("python3", "libstdc++6")

@@ -39,7 +39,7 @@ def resolving(python: str, needs: Iterable[str]) -> subprocess.Popen[str]:
 
 def said(pip: subprocess.Popen[str]) -> str:
     """Return why pip failed; nothing where it did not."""
-    _, errors = pip.communicate(timeout=120)
+    _, errors = pip.communicate(timeout=300)
     return errors if pip.returncode else ""
 
 

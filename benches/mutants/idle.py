@@ -29,10 +29,10 @@ IDLE = (
 DECIDING = ("surface/columns.rs BLOCK", "hdbscan/knn.rs BEYOND", "hdbscan/knn.rs BYTES_A_NEIGHBOR")
 #: How finely something is computed: twice as finely is right too. Half must be noticed.
 FINE = (
-    *("film.rs SWEEPS", "ground.rs COMPARED", "piles/banks.rs PARTS", "piles/base.rs ROUNDS"),
+    *("harmonic.rs SWEEPS", "ground.rs COMPARED", "piles/banks.rs PARTS", "piles/base.rs ROUNDS"),
     *(
-        "piles/crease.rs ROUNDS",
-        "piles/crease.rs SETTLINGS",
+        "piles/breakline.rs ROUNDS",
+        "piles/breakline.rs SETTLINGS",
         "piles/flat_top.rs FITS",
         "plane.rs LEAST_HYPOTHESES",
     ),
@@ -41,7 +41,7 @@ FINE = (
 #: Numbers of things, no quantities; and what stands for infinity.
 NO_QUANTITY = (
     *("connectivity.rs *", "moments.rs PAIRS", "piles/outline.rs STEPS", "piles/region.rs OTHERS"),
-    *("piles/waves.rs UNKNOWN", "frames/joint.rs HELD", "pose.rs PARALLEL", "sensor SMALLEST"),
+    *("piles/kriging.rs UNKNOWN", "frames/joint.rs HELD", "pose.rs PARALLEL", "sensor SMALLEST"),
     *("io.crs *", "io.las _COMPRESSED_BIT", "io.packed _GZIP_BITS", "io.mesh _GLB_HEAD"),
 )
 

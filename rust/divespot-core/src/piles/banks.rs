@@ -128,6 +128,8 @@ fn go_on(window: &Window, bank: usize, cell: usize) -> Option<Face> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::super::tests::{CELL, exact, window};
     use super::*;
 
@@ -140,7 +142,8 @@ mod tests {
             let at = window.grid.center(cell);
             let [x, y] = [at[0] - 4.0, at[1] - 3.0].map(|v| (v / CELL).floor() as isize);
             if x >= 0 && is_bank(x, y) {
-                (window.banks[cell], window.zones[cell]) = (true, Zone::Outside);
+                Arc::make_mut(&mut window.banks)[cell] = true;
+                window.zones[cell] = Zone::Outside;
             }
         }
         window

@@ -179,6 +179,8 @@ fn less(p: [f64; 2], q: [f64; 2]) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::super::face::tests::pile;
     use super::super::tests::{CELL, exact, window};
     use super::*;
@@ -236,7 +238,7 @@ mod tests {
             let [x, y] = window.grid.center(cell);
             let (away, beside) = (((x - 4.0).abs() - 1.0) / CELL, (y - 3.0) / CELL);
             if (0.0..long as f64).contains(&away) && (0.0..wide as f64).contains(&beside) {
-                window.wall_tops_m[cell] = TOP;
+                Arc::make_mut(&mut window.wall_tops_m)[cell] = TOP;
             }
         }
         window

@@ -297,6 +297,8 @@ fn inside(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
 
     const GRID: Grid = Grid { origin_m: [10.0, 20.0], cell_m: 0.5, columns: 12, rows: 10 };
@@ -388,7 +390,7 @@ mod tests {
         let reach = Reach::each(&labels, 0, 0.2);
         let nearest = NearestLabel::grow(&grid, &labels, |_| true, 1);
         let mut window = Window::all(&scene, &labels, &nearest, &reach).remove(0).1;
-        window.off_scan.fill(false);
+        Arc::make_mut(&mut window.off_scan).fill(false);
         let steps: usize = (0..445).map(|away| 5 * usize::min(away, 199)).sum();
         let u_m3 = Repose::ANY.slope / 3.0_f64.sqrt() * to_f64(steps) * 0.1_f64.powi(3);
         assert!(

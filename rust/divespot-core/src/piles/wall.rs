@@ -95,6 +95,8 @@ pub(crate) fn is_beside(window: &Window, cell: usize) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::super::tests::{CELL, exact, window};
     use super::*;
 
@@ -124,10 +126,11 @@ mod tests {
         let (window, beside) = walled(|_, _| {});
         assert!(runs(window.counted(beside), 0.0, 1.0), "{:?}", window.counted(beside));
         // From the middle of the cell before.
-        let (window, beside) = walled(|window, cell| window.flush[cell] = true);
+        let (window, beside) = walled(|window, cell| Arc::make_mut(&mut window.flush)[cell] = true);
         assert!(runs(window.counted(beside), -0.5, 1.0), "{:?}", window.counted(beside));
         let (window, beside) = walled(|window, cell| {
-            (window.tops[cell], window.mixed[cell - 1]) = (true, true);
+            Arc::make_mut(&mut window.tops)[cell] = true;
+            Arc::make_mut(&mut window.mixed)[cell - 1] = true;
         });
         assert!(runs(window.counted(beside), 0.0, 0.25), "{:?}", window.counted(beside));
         assert!(runs(window.counted(beside - 1), 0.25, 1.0), "{:?}", window.counted(beside - 1));

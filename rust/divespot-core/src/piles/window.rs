@@ -283,7 +283,7 @@ mod tests {
     #[test]
     fn zones_reach_as_far_as_an_object_is_large() {
         let reach = |cells: usize| Reach::each(&vec![0; cells], 4, 0.2)[0];
-        let all = |Reach { toe, annulus, off_scan }: Reach| [toe, annulus, off_scan];
+        let all = |Reach { toe, annulus, far }: Reach| [toe, annulus, far];
         // A square of 20 by 20 cells has a ring of a fifth of that, and waves are looked for as far off
         // as it is wide; a ring has three steps at least.
         assert_eq!(all(reach(400)), [4, 4, 16]);

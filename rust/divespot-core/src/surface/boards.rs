@@ -292,7 +292,7 @@ mod tests {
             let (walked, ground) = ([height_m, 0.0], [false; 2]);
             let relief = Relief::of(&columns, &walked, &ground, 0.0);
             let relief = Relief { highest_m: vec![10.0, 0.0], ..relief };
-            relief.drops_to(0, 1, (1, 0), 1)
+            relief.drops_to(0, 1, relief.most_m((1, 0), 1))
         };
         assert!(is_on_top(6.5) && !is_on_top(3.5));
     }
