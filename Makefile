@@ -98,11 +98,13 @@ bench: build
 	$(PYTHON) benches/gate.py || test $$? -eq 2 # 2: no valgrind, which it says
 	$(PYTHON) benches/rivals.py
 
-# What a release consists of, in dist/. zig links against the glibc 2.17 of manylinux2014.
+# What a release consists of, in dist/. zig links against the glibc 2.17 of manylinux2014. One wheel
+# is for every Python but the free-threaded one; neither need be here: maturin knows their headers.
+PYTHONS := python3.10 python3.14t
 TARGETS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
 MUSL := x86_64-unknown-linux-musl aarch64-unknown-linux-musl
-ARM_WHEEL = $(wildcard dist/divespot-*-manylinux*_aarch64.whl)
-HOST_WHEEL = $(wildcard dist/divespot-*-manylinux*_$(shell uname -m).whl)
+ARM_WHEEL = $(wildcard dist/divespot-*-abi3-manylinux*_aarch64.whl)
+HOST_WHEEL = $(wildcard dist/divespot-*-abi3-manylinux*_$(shell uname -m).whl)
 
 wheels: $(VENV)/made
 	@for target in $(TARGETS) $(MUSL); do test -d "$$(rustc --print target-libdir --target $$target)" \
@@ -111,9 +113,9 @@ wheels: $(VENV)/made
 	rm -rf dist
 	$(BIN)/python -m maturin sdist --out dist
 	set -e; for target in $(TARGETS); do PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m maturin build \
-	--release --zig --target $$target --compatibility manylinux2014 --out dist; done
+	--release --zig --target $$target --interpreter $(PYTHONS) --compatibility manylinux2014 --out dist; done
 	set -e; for target in $(MUSL); do PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m maturin build \
-	--release --zig --target $$target --compatibility musllinux_1_2 --out dist; done
+	--release --zig --target $$target --interpreter $(PYTHONS) --compatibility musllinux_1_2 --out dist; done
 
 # Needs Debian's qemu-user-static, and dist/ from make wheels. Rust brings a linker for musl along.
 test-aarch64: build
