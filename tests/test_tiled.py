@@ -71,6 +71,15 @@ def holds_each_once(report: Report) -> bool:
 
 
 @pytest.mark.usefixtures("tiled")
+def test_cells_as_wide_as_those_of_the_whole_need_no_windows(scene: Path) -> None:
+    coarse, fine = measure(scene, cell_m=1.1), measure(scene, cell_m=0.2)
+    told = ["part by part" in " ".join(report.warnings) for report in (coarse, fine)]
+    assert told == [False, True]
+    large = coarse.piles[0]
+    assert abs(large.volume_m3 - volume_m3(*CONES[0][:2])) < large.u95_m3
+
+
+@pytest.mark.usefixtures("tiled")
 def test_windows_show_each_pile_once_and_as_the_whole_scan_does(
     scene: Path, whole: Report, monkeypatch: pytest.MonkeyPatch
 ) -> None:

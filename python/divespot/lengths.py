@@ -29,8 +29,9 @@ PILE_SHARE, PILE_POINTS, REGULAR_POINTS = 0.01, 200, 60
 #: A point within this many standard deviations of a plane supports it.
 SIGMAS = 4.0
 
-#: Edge of a cell, in point spacings, if the surface is triangulated.
-FINE = 1.0 / 3.0
+#: Edge of a cell, in point spacings: of cells that hold points, and of those of a triangulated
+#: surface.
+CELL, FINE = 2.0, 1.0 / 3.0
 
 #: Number of thresholds tried for the flattest plane, each half of the previous one.
 HALVINGS = 8
@@ -39,7 +40,6 @@ HALVINGS = 8
 #: within 0.385 standard deviations of the mean.
 FLAT_SHARE = 0.3
 FLAT_QUANTILE = 0.385
-
 
 #: Least threshold, for clouds without noise, as a share of the one derived from the spacing.
 SMALLEST = 1e-3
@@ -54,7 +54,7 @@ def by_survey(settings: Settings, survey: Survey) -> Settings:
     spacing = _spacing(survey)
     enough = (REGULAR_POINTS if survey.regular else PILE_POINTS) / PILE_SHARE
     few = survey.positions < enough and settings.stages.surface != "cells"
-    cell = spacing * (FINE if few else 2.0) if settings.cell_m is None else settings.cell_m
+    cell = spacing * (FINE if few else CELL) if settings.cell_m is None else settings.cell_m
     fitting: Any = "triangles" if cell < spacing else "cells"
     asked = settings.stages.surface
     chosen = settings.tuned(surface=fitting if asked == "auto" else asked)

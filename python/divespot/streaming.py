@@ -21,6 +21,7 @@ from divespot.io.merge import merged, paths_of
 from divespot.io.no_data import without_no_data
 from divespot.io.scan import Streamed
 from divespot.io.wanted import Wanted
+from divespot.lengths import CELL
 from divespot.log import log
 from divespot.one_pass import Pass, Plan
 from divespot.spacing import survey
@@ -95,8 +96,10 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
         _spacing_m(seen, points) if all(_is_shuffled(look) for look, _ in near) else math.inf
     )
     origin_m, spacing_m, voxel_m = _voxels(seen, within, points, densest_m, settings)
-    # An earlier scan is held whole, and held against the whole of this one.
-    is_fine = voxel_m > spacing_m and not settings.base.startswith("surface=")
+    # An earlier scan is held whole, and held against the whole of this one. Cells at least as wide
+    # as those of the coarse voxels need no fine ones.
+    is_held = settings.base.startswith("surface=")
+    is_fine = voxel_m > spacing_m and not is_held and (settings.cell_m or 0.0) < CELL * voxel_m
     fine_m = spacing_m if is_fine else None
     metres = sample.whole.metres if sample.whole else (1.0, 1.0, 1.0)
     wanted = Wanted.of(None, settings.classes, settings.returns)

@@ -175,7 +175,7 @@ def _metres(header: Any, report: Report) -> NDArray[np.float64]:  # noqa: ANN401
     return np.array([plan, plan, UNITS.get(vertical or "", plan)])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Points:
     """Points in the scan's frame, in metres, batch by batch, and the box around them."""
 

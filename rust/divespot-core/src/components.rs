@@ -16,10 +16,10 @@ use crate::heightmap::Grid;
 ///
 /// ```
 /// use divespot_core::heightmap::Grid;
-/// use divespot_core::piles::pieces;
+/// use divespot_core::piles::label_components;
 ///
 /// let grid = Grid { origin_m: [0.0, 0.0], cell_m: 1.0, columns: 6, rows: 1 };
-/// let labels = pieces(&grid, &[0, 0, -1, -1, 0, -1], 1, 1);
+/// let labels = label_components(&grid, &[0, 0, -1, -1, 0, -1], 1, 1);
 /// assert_eq!(labels, [0, 0, -1, -1, 1, -1]);
 /// ```
 #[must_use]

@@ -7,7 +7,7 @@ use std::ops::Range;
 use crate::cancel::Polled;
 use crate::order::{Keyed, keyed_by, sort_by_key};
 use crate::parallel::fill_chunks;
-use crate::{Bounds, Point};
+use crate::{Bounds, Places, Point};
 
 /// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 4096;
@@ -120,7 +120,7 @@ struct Keys {
 impl Keys {
     fn over(points: &[Point], side_m: f64, threads: usize) -> Self {
         let zero = Bounds { min: [0.0; 3], max: [0.0; 3] };
-        let bounds = Bounds::of_all(points, threads).unwrap_or(zero);
+        let bounds = Places::from(points).bounds(threads).unwrap_or(zero);
         let extent = bounds.extent();
         let side_m = side_m.max(extent[0].max(extent[1]) / MOST_COLUMNS);
         let (along, across) = if extent[0] > extent[1] { (1, 0) } else { (0, 1) };

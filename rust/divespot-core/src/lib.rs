@@ -33,6 +33,7 @@ mod slopes;
 mod terrain;
 
 pub mod accumulator;
+mod bounds;
 pub mod cancel;
 pub mod cloud;
 pub mod frames;
@@ -56,7 +57,8 @@ pub mod survey;
 pub mod tin;
 pub mod voxel;
 
-pub use cloud::{Bounds, Cloud};
+pub use bounds::Bounds;
+pub use cloud::Cloud;
 pub use error::{Error, Result, memory_for};
 pub use ground_peak::{GroundRule, ground_height};
 pub use histogram::{HeightHistogram, height_histogram};

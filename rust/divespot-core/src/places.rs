@@ -2,7 +2,11 @@
 
 use std::ops::Range;
 
+use crate::parallel::map_chunks;
 use crate::{Bounds, Point};
+
+/// Rows for a thread at a time. Decides no answer.
+const CHUNK: usize = 32_768;
 
 /// Points and an origin: they read like a copy relative to the origin.
 ///
@@ -50,6 +54,12 @@ impl<'a> Places<'a> {
     #[inline]
     pub(crate) fn at(&self, row: usize) -> Point {
         from(self.origin, &self.points[row])
+    }
+
+    /// The bounding box; `None` without points.
+    pub(crate) fn bounds(&self, threads: usize) -> Option<Bounds> {
+        let parts = map_chunks(self.len(), CHUNK, threads, |range| self.ends(range));
+        Bounds::of(parts.into_iter().flatten().flatten())
     }
 
     /// The lowest and the highest coordinates of some rows.

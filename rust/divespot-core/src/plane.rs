@@ -9,7 +9,7 @@ use crate::fixed::Fixed;
 use crate::moments::Moments;
 use crate::parallel::map_chunks;
 use crate::sample::{mix, sample};
-use crate::{Bounds, Places, Point, thread_count};
+use crate::{Places, Point, thread_count};
 
 /// Number of random points on which hypotheses are scored: the standard error of a share is below
 /// 1 % (closed form: 0.5 / √4096), and the sample fits in the cache.
@@ -124,7 +124,7 @@ pub(crate) fn settled<'a>(
     settings: &Settings,
 ) -> Plane {
     let points = points.into();
-    let bounds = Bounds::of_all(points, thread_count(settings.threads));
+    let bounds = points.bounds(thread_count(settings.threads));
     let fixed = Fixed::new(bounds.map_or(0.0, |b| b.largest()), points.len());
     settle(points, settle(scored.into(), plane, fixed, settings), fixed, settings)
 }

@@ -3,7 +3,7 @@
 use crate::fixed::Fixed;
 use crate::moments::Spread;
 use crate::parallel::map_chunks;
-use crate::{Bounds, Places, Point, thread_count};
+use crate::{Places, Point, thread_count};
 
 /// A 64-bit hash of good quality (the finaliser of SplitMix64).
 #[must_use]
@@ -85,7 +85,7 @@ struct Shells {
 
 impl Shells {
     fn around(points: Places<'_>, threads: usize) -> Option<Self> {
-        let largest = Bounds::of_all(points, threads)?.largest();
+        let largest = points.bounds(threads)?.largest();
         let fixed = Fixed::new(largest, points.len());
         let spread = Spread::of_all(points, fixed, threads);
         let per_metre = SHELLS / spread.root_mean_square(fixed).max(f64::MIN_POSITIVE);

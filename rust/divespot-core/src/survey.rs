@@ -11,7 +11,7 @@ use crate::nearest::KdTree;
 use crate::parallel::{both, map_chunks};
 use crate::positions::distinct_of;
 use crate::sample::sample;
-use crate::{Bounds, Point, thread_count};
+use crate::{Places, Point, thread_count};
 
 /// Number of positions whose neighbourhood is examined. Chosen: the standard error of a median is
 /// then 0.03 standard deviations.
@@ -126,7 +126,7 @@ fn neighborhoods(points: &[Point], seed: u64, threads: usize) -> Result<Vec<Neig
         });
     }
     let threads = thread_count(threads);
-    let largest = || Bounds::of_all(points, threads).map_or(0.0, |b| b.largest());
+    let largest = || Places::from(points).bounds(threads).map_or(0.0, |b| b.largest());
     let draw = || (Fixed::new(largest(), 32), sample(points, SURVEYED, seed, threads));
     let (tree, (fixed, asked)) = both(threads, || KdTree::new(points, LEAF, threads), draw);
     let look = |&i: &u32| {

@@ -186,7 +186,8 @@ mod tests {
         let is_valley = |cells: usize| {
             let (heights_m, joined) = (vec![1.0, 1.0, 0.1], vec![0, 1, 2]);
             let (summit, cells) = (vec![None; 3], vec![50, cells, 0]);
-            MergeTree { heights_m, margin_m: 0.0, summit, joined, cells, near: vec![] }.valley(2, 0, 1)
+            MergeTree { heights_m, margin_m: 0.0, summit, joined, cells, near: vec![] }
+                .valley(2, 0, 1)
         };
         assert!(is_valley(12) && !is_valley(6));
     }

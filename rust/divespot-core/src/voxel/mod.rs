@@ -9,7 +9,7 @@ pub(crate) use lattice::ANCHOR;
 pub use lattice::Voxels;
 
 use crate::error::positive;
-use crate::{Bounds, Places, Point, Result, thread_count};
+use crate::{Places, Point, Result, thread_count};
 use lattice::Grid;
 
 /// The mean of the points in each occupied cube of width `voxel_m` (paper, Pre-process 3).
@@ -59,7 +59,7 @@ fn thinned(
 ) -> Result<(Voxels, Vec<u32>)> {
     positive("voxel_m", voxel_m)?;
     let threads = thread_count(threads);
-    let Some(bounds) = Bounds::of_all(points, threads) else { return Ok(Default::default()) };
+    let Some(bounds) = points.bounds(threads) else { return Ok(Default::default()) };
     let grid = Grid::new(&bounds, voxel_m)?;
     Ok(dense::voxels(points, &grid, threads, with_rows)
         .unwrap_or_else(|| sparse::voxels(points, &grid, threads, with_rows)))
