@@ -144,7 +144,7 @@ fn series_of_peaks(smoothed: &[f64], part: (usize, usize)) -> (usize, usize) {
 
 /// The sum of the heights in each bin, relative to the bin's lower edge.
 ///
-/// Cumulative of integers: the same bits in any order.
+/// Cumulative sums of integers: the same bits in any order.
 struct Cumulative<'a> {
     histogram: &'a HeightHistogram,
     fixed: Fixed,

@@ -57,12 +57,13 @@ fn footprint_of(window: &Window, center: [f64; 2]) -> Footprint {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{exact, window};
+    use super::super::tests::{exact, window_of};
     use super::*;
 
     #[test]
     fn about_three_hundred_cells_tell_where_an_object_lies() {
-        let window = window(&exact(|_, _| 0.0), |x, y| (x - 4.0).abs().max((y - 3.0).abs()) < 1.0);
+        let window =
+            window_of(&exact(|_, _| 0.0), |x, y| (x - 4.0).abs().max((y - 3.0).abs()) < 1.0);
         let places = footprint_of(&window, [4.0, 3.0]).places.len();
         assert!((200..=300).contains(&places), "{places}");
     }

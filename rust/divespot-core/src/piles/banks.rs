@@ -130,14 +130,14 @@ fn go_on(window: &Window, bank: usize, cell: usize) -> Option<Face> {
 mod tests {
     use std::sync::Arc;
 
-    use super::super::tests::{CELL, exact, window};
+    use super::super::tests::{CELL, exact, window_of};
     use super::*;
 
     /// An object up to 4 m, and behind it a bank of this slope in the cells that are; places count in
     /// cells from where they meet.
     fn leaning(slope: impl Fn(f64) -> f64, is_bank: impl Fn(isize, isize) -> bool) -> Window {
         let map = exact(|x, _| slope(x - 4.0));
-        let mut window = window(&map, |x, y| (x - 3.5).abs() < 0.5 && (y - 3.0).abs() < 1.0);
+        let mut window = window_of(&map, |x, y| (x - 3.5).abs() < 0.5 && (y - 3.0).abs() < 1.0);
         for cell in 0..window.zones.len() {
             let at = window.grid.center(cell);
             let [x, y] = [at[0] - 4.0, at[1] - 3.0].map(|v| (v / CELL).floor() as isize);

@@ -108,7 +108,7 @@ fn laplacian(window: &Window, filled: &[f64], cell: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::base::Kind;
-    use super::super::tests::{CELL, exact, window};
+    use super::super::tests::{CELL, exact, window_of};
     use super::*;
 
     /// The budget of a square of 2 m on a level base, which these heights are above, and its cells.
@@ -118,7 +118,8 @@ mod tests {
         u_level_m: f64,
         u_filled_m3: f64,
     ) -> (Budget, f64) {
-        let window = window(&exact(height), |x, y| (x - 4.0).abs() < 1.0 && (y - 3.0).abs() < 1.0);
+        let window =
+            window_of(&exact(height), |x, y| (x - 4.0).abs() < 1.0 && (y - 3.0).abs() < 1.0);
         let base = Base::plane(0.0, [0.0; 2], noise_m, u_level_m, Kind::Given);
         let gaps = Filled { above_m: window.heights_m.clone(), u_m3: u_filled_m3 };
         (Budget::of(&window, &base, &gaps, 4), window.held().count() as f64)

@@ -182,7 +182,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::super::face::tests::pile;
-    use super::super::tests::{CELL, exact, window};
+    use super::super::tests::{CELL, exact, window_of};
     use super::*;
     use crate::Point;
 
@@ -228,7 +228,7 @@ mod tests {
     /// A square block from 3 to 5 m along x and 2 to 4 m along y, of this height, amid a floor.
     fn block(height_m: f64) -> Window {
         let is_block = |x: f64, y: f64| (x - 4.0).abs() < 1.0 && (y - 3.0).abs() < 1.0;
-        window(&exact(|x, y| if is_block(x, y) { height_m } else { 0.0 }), is_block)
+        window_of(&exact(|x, y| if is_block(x, y) { height_m } else { 0.0 }), is_block)
     }
 
     /// The block, with walls that run into it on two sides, so many cells wide and long.

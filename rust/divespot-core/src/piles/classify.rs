@@ -122,13 +122,13 @@ impl Shape<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{exact, window};
+    use super::super::tests::{exact, window_of};
     use super::*;
 
     #[test]
     fn an_object_of_whose_rim_half_is_high_does_not_lie_as_poured() {
         let is_steep = |tenths: usize| {
-            let window = window(&exact(|_, _| 0.0), |x, y| (x - 4.0).hypot(y - 3.0) < 1.0);
+            let window = window_of(&exact(|_, _| 0.0), |x, y| (x - 4.0).hypot(y - 3.0) < 1.0);
             let mut above = window.heights_m.clone();
             window.cells(Zone::Core).for_each(|cell| above[cell] = 1.0);
             let rim: Vec<usize> = window.rim().collect();

@@ -41,12 +41,12 @@ pub(crate) fn count_what_was_seen(window: &mut Window, count: impl Fn([f64; 2]) 
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CELL, exact, window};
+    use super::super::tests::{CELL, exact, window_of};
     use super::*;
 
     #[test]
     fn a_cell_that_is_cut_counts_by_what_cells_three_columns_around_hold() {
-        let mut window = window(&exact(|_, _| 1.0), |x, y| x < 1.0 && (y - 3.0).abs() < 1.0);
+        let mut window = window_of(&exact(|_, _| 1.0), |x, y| x < 1.0 && (y - 3.0).abs() < 1.0);
         let column = |[x, _]: [f64; 2]| (x / CELL) as usize;
         let count = |p: [f64; 2]| [5, 10, 10, 16].get(column(p)).copied().unwrap_or(40);
         count_what_was_seen(&mut window, count);

@@ -186,7 +186,7 @@ fn stretch(window: &Window, filled: &mut [f64], gap: &[usize]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CELL, exact, window};
+    use super::super::tests::{CELL, exact, window_of};
     use super::*;
 
     #[test]
@@ -195,7 +195,7 @@ mod tests {
         let mut map = exact(|x, y| if is_block(x, y) { 1.0 } else { 0.0 });
         let gap = map.grid.cell(&[4.0, 3.0]);
         map.heights_m[gap] = f64::NAN;
-        let window = window(&map, is_block);
+        let window = window_of(&map, is_block);
         let u_m3 = fill(&window, &window.heights_m).u_m3;
         // The film is level. From what was seen for sure, two cells away and one aside, and from a
         // crest in the next cell, the flank comes down by half of that way, at a slope of 32.5°.
@@ -208,7 +208,7 @@ mod tests {
         let cone = |x: f64, y: f64| (0.5 * (1.2 - (x - 4.0).hypot(y - 3.0))).max(0.0);
         let lit = |x: f64, y: f64| x < 4.2 || (y - 3.0).abs() > 1.6 || x > 6.2;
         let map = exact(|x, y| if lit(x, y) { cone(x, y) } else { f64::NAN });
-        let window = window(&map, |x, y| lit(x, y) && cone(x, y) > 0.05);
+        let window = window_of(&map, |x, y| lit(x, y) && cone(x, y) > 0.05);
         let above = &window.heights_m;
         let hidden = Hidden::behind(&window, above);
         let (filled, harmonic) = closed(&window, above, gaps_of(&window, above), &hidden);

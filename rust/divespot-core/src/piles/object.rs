@@ -214,7 +214,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::super::base::Kind;
-    use super::super::tests::{exact, settings, window};
+    use super::super::tests::{exact, settings, window_of};
     use super::*;
 
     fn cone(x: f64, y: f64) -> f64 {
@@ -223,7 +223,7 @@ mod tests {
 
     /// A cone of whose toe ten times this share lies beyond what was seen.
     fn off_scan(tenths: usize) -> Window {
-        let mut window = window(&exact(cone), |x, y| cone(x, y) > 0.05);
+        let mut window = window_of(&exact(cone), |x, y| cone(x, y) > 0.05);
         let toe: Vec<usize> = window.cells(Zone::Toe).collect();
         let cut = toe.iter().enumerate().filter(|(i, _)| i % 100 < tenths).map(|(_, &cell)| cell);
         let off_scan = Arc::make_mut(&mut window.off_scan);
@@ -241,16 +241,20 @@ mod tests {
         let base = Base::plane(0.0, [0.0; 2], 0.0, 0.0, Kind::AnnulusLevel);
         let reason = |tenths| {
             let window = off_scan(tenths);
-            let shape = shape(&window, &base, &settings());
-            let (own_base, beyond_edge) = (Some(&base), beyond_edge(&window));
-            Evidence { shape, own_base, seen_fraction: 1.0, beyond_edge }.why_no_pile()
+            let evidence = Evidence {
+                shape: shape(&window, &base, &settings()),
+                own_base: Some(&base),
+                seen_fraction: 1.0,
+                beyond_edge: beyond_edge(&window),
+            };
+            evidence.why_no_pile()
         };
         assert_eq!((reason(65), reason(40)), (Some(Reason::CutOff), None));
     }
 
     #[test]
     fn of_a_pile_two_fifths_must_have_been_seen() {
-        let found = window(&exact(cone), |x, y| cone(x, y) > 0.05);
+        let found = window_of(&exact(cone), |x, y| cone(x, y) > 0.05);
         let reason = |tenths: usize| {
             let mut seen = found.clone();
             let core: Vec<usize> = seen.cells(Zone::Core).collect();

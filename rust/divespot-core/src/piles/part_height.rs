@@ -32,14 +32,14 @@ fn slope(window: &Window, heights: &[f64], cell: usize, k: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::coverage::Coverage;
-    use super::super::tests::{CELL, exact, window};
+    use super::super::tests::{CELL, exact, window_of};
     use super::*;
 
     #[test]
     fn a_part_stands_as_the_slope_lets_expect_up_to_two_in_one() {
         let rise = |slope: f64| {
             let mut window =
-                window(&exact(|x, _| slope * x), |x, y| (x - 4.0).hypot(y - 3.0) < 1.0);
+                window_of(&exact(|x, _| slope * x), |x, y| (x - 4.0).hypot(y - 3.0) < 1.0);
             let cell = window.grid.cell(&[4.0, 3.0]);
             window
                 .count_part(cell, Coverage { share: 0.5, off_m: [0.25 * CELL, 0.0], u_share: 0.0 });

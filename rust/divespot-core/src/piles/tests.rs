@@ -38,7 +38,7 @@ fn labels_of(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
 }
 
 /// What is known of the object on the cells that are `found`, and of the ground around it.
-pub(crate) fn window(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Window {
+pub(crate) fn window_of(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Window {
     let labels = labels_of(map, |x, y| if found(x, y) { 0 } else { UNLABELLED });
     let on_all_else = Found::on_all_else(labels.clone());
     let Settings { margin_m, toe_cells, ring_share, .. } = settings();

@@ -97,13 +97,13 @@ pub(crate) fn is_beside(window: &Window, cell: usize) -> bool {
 mod tests {
     use std::sync::Arc;
 
-    use super::super::tests::{CELL, exact, window};
+    use super::super::tests::{CELL, exact, window_of};
     use super::*;
 
     /// A block of 2 m beside whose right edge lies a wall, of a kind.
     fn walled(kind: impl Fn(&mut Window, usize)) -> (Window, usize) {
         let is_block = |x: f64, y: f64| (x - 4.0).abs().max((y - 3.0).abs()) < 1.0;
-        let mut window = window(&exact(|x, y| if is_block(x, y) { 1.0 } else { 0.0 }), is_block);
+        let mut window = window_of(&exact(|x, y| if is_block(x, y) { 1.0 } else { 0.0 }), is_block);
         for cell in 0..window.zones.len() {
             let [x, y] = window.grid.center(cell);
             if (5.0..5.0 + CELL).contains(&x) && (y - 3.0).abs() < 1.0 {
@@ -140,7 +140,7 @@ mod tests {
     fn a_pile_leans_on_walls_along_a_tenth_of_its_edge() {
         let leaning = |cells: usize| {
             let mut window =
-                window(&exact(|_, _| 0.0), |x, y| (x - 4.0).abs().max((y - 3.0).abs()) < 1.0);
+                window_of(&exact(|_, _| 0.0), |x, y| (x - 4.0).abs().max((y - 3.0).abs()) < 1.0);
             // 124 cells have an edge; a wall lies beside two more than it has itself.
             let first = window.grid.cell(&[5.0 + 0.5 * CELL, 3.0]);
             (0..cells).for_each(|k| window.walls[first + k * window.grid.columns] = true);

@@ -79,7 +79,7 @@ mod tests {
     }
 
     fn slow(points: &[Point], voxel: f64) -> (Vec<Point>, Vec<u32>) {
-        let origin = Bounds::of(points.iter().copied()).unwrap().min;
+        let origin = crate::Bounds::of(points.iter().copied()).unwrap().min;
         let mut voxels: BTreeMap<[u64; 3], Vec<Point>> = BTreeMap::new();
         for p in points {
             let cell = [2, 1, 0].map(|k| ((p[k] - origin[k]) / voxel + ANCHOR) as u64);
