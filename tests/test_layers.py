@@ -32,8 +32,8 @@ HEIGHT = {room: height for height, rooms in enumerate(LAYERS.values()) for room 
 
 #: The core's, in the same way.
 CORE_LAYERS = {
-    "numbers": "bounds crate cancel count error fixed harmonic hypotenuse lzf material parallel places "
-    "robust simple_polygon",
+    "numbers": "bounds crate cancel count error fixed harmonic hypotenuse lzf material parallel "
+    "places robust simple_polygon",
     "points": "accumulator cloud dealt hashing moments nearest neighbors order plane pose "
     "positions sample sensor surface_outliers survey voxel",
     "clusters": "hdbscan",
