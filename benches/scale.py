@@ -1,11 +1,12 @@
 """Scans of any size: `python benches/scale.py [POINTS...] [--folder FOLDER]`.
 
 Writes the stockyard of `yard.py` as LAZ, by default of 10⁷ points (10⁸ take some minutes), and
-prints for each: time, processor time and peak memory of bare decoding, of one process, of two
-workers of a Dask cluster and, up to 2·10⁷ points, of laspy and `divespot.measure` with the whole
-file in memory; what merging costs; the errors of the forty volumes; and between the two largest
-files the exponent of growth. Each way runs in a process of its own. With `--plan POINTS` it prints
-what a cluster would take, by these figures.
+prints for each: time, processor time and peak memory of bare decoding, of one process, of one in
+cells of a metre, of two workers of a Dask cluster and, up to 2·10⁷ points, of laspy and
+`divespot.measure` with the whole file in memory, and of CloudCompare; what merging costs; the
+errors of the forty volumes; and between the two largest files the exponent of growth. Each way
+runs in a process of its own. With `--plan POINTS` it prints what a cluster would take, by these
+figures.
 """
 
 from __future__ import annotations
@@ -69,6 +70,12 @@ def one_process(path: Path) -> dict[str, Any]:
     return judged(report) | {"read_cpu_s": used["crop"] - used["read"]}
 
 
+def metre_cells(path: Path) -> dict[str, Any]:
+    """Measure in cells as wide as two coarse voxels of these yards: no windows are needed."""
+    divespot.too_large.MOST_HELD = 0
+    return judged(divespot.measure(path, cell_m=1.0))
+
+
 def two_workers(path: Path) -> dict[str, Any]:
     """Measure by two workers, started before the clock is."""
     import distributed  # noqa: PLC0415 - an extra
@@ -120,6 +127,7 @@ def merging(path: Path) -> dict[str, Any]:
 WAYS: dict[str, Callable[[Path], dict[str, Any]]] = {
     "bare decoding": decode,
     "one process": one_process,
+    "cells of 1 m": metre_cells,
     "two workers": two_workers,
     "laspy, whole file": whole_file,
     "CloudCompare, PLY": cloudcompare.volume,
@@ -245,7 +253,7 @@ def path_bytes(folder: Path | None, points: int) -> float:
 def print_growth(found: dict[int, dict[str, Any]]) -> None:
     """Print how time grows between the two largest files."""
     small, large = sorted(found)[-2:]
-    for way in ("bare decoding", "one process", "two workers"):
+    for way in ("bare decoding", "one process", "cells of 1 m", "two workers"):
         for clock in ("wall_s", "cpu_s"):
             times = found[large][way][clock] / found[small][way][clock]
             exponent = math.log(times) / math.log(large / small)
