@@ -12,11 +12,12 @@ import tempfile
 import venv
 from pathlib import Path
 
-#: Bounds. Wheel and install as wished for boards; the others as they were, and a fifth more.
+#: Bounds. Wheel and install are wishes for boards; start and memory are measurements and a margin:
+#: a quarter for the start, which varies, an eighth for memory.
 MOST_WHEEL_MB = 2.0
 MOST_INSTALL_MB = 60.0
 MOST_START_S = 0.5
-MOST_BYTES_A_POINT = 95.0
+MOST_BYTES_A_POINT = 85.0
 
 POINTS = 1_000_000
 STARTS = 9

@@ -73,7 +73,7 @@ pub(crate) fn object_of(
     let footprint = footprint_of(window, filled, settings.margin_m);
     let covered: Vec<usize> = (0..footprint.len()).filter(|&cell| footprint[cell]).collect();
     let share = |cells: &mut dyn Iterator<Item = &usize>| -> f64 {
-        cells.map(|&cell| window.counted(cell).share).sum()
+        cells.fold(0.0, |sum, &cell| sum + window.counted(cell).share)
     };
     let seen = share(&mut covered.iter().filter(|&&cell| !above[cell].is_nan()));
     let whole = share(&mut covered.iter());
@@ -214,6 +214,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::super::base::Kind;
+    use super::super::coverage::Coverage;
     use super::super::tests::{exact, settings, window_of};
     use super::*;
 
@@ -250,6 +251,14 @@ mod tests {
             evidence.why_no_pile()
         };
         assert_eq!((reason(65), reason(40)), (Some(Reason::CutOff), None));
+    }
+
+    #[test]
+    fn of_an_object_that_covers_nothing_nothing_was_seen() {
+        let mut window = window_of(&exact(cone), |x, y| cone(x, y) > 0.05);
+        window.count_parts(|_| Coverage::default());
+        let seen = object_of(0, &window, &window, &settings()).seen_fraction;
+        assert!(seen == 0.0 && seen.is_sign_positive(), "{seen}");
     }
 
     #[test]
