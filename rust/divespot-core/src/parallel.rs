@@ -43,22 +43,14 @@ pub(crate) fn map_chunks<T: Send>(
 }
 
 /// Applies `job` to each of `items`, one at a time, for work whose items take very different times.
-pub(crate) fn map_each<T: Sync, R: Send>(
-    items: &[T],
-    threads: usize,
-    job: impl Fn(&T) -> R + Sync,
-) -> Vec<R> {
-    map_chunks(items.len(), 1, threads, |range| job(&items[range.start]))
-}
-
-/// The same for items that `job` takes.
-pub(crate) fn map_into<T: Send, R: Send>(
-    items: Vec<T>,
+pub(crate) fn map_each<T, R: Send>(
+    items: impl IntoIterator<Item = T, IntoIter: ExactSizeIterator + Send>,
     threads: usize,
     job: impl Fn(T) -> R + Sync,
 ) -> Vec<R> {
-    let mut out: Vec<Option<R>> = items.iter().map(|_| None).collect();
-    share(items.into_iter().zip(&mut out), threads, |(item, slot)| *slot = Some(job(item)));
+    let items = items.into_iter();
+    let mut out: Vec<Option<R>> = (0..items.len()).map(|_| None).collect();
+    share(items.zip(&mut out), threads, |(item, slot)| *slot = Some(job(item)));
     out.into_iter().flatten().collect()
 }
 
@@ -160,7 +152,7 @@ mod tests {
         for threads in [1, 2, 7] {
             let words: Vec<String> = (0..50).map(|i| i.to_string()).collect();
             let lengths: Vec<usize> = words.iter().map(String::len).collect();
-            assert_eq!(map_into(words, threads, |word| word.len()), lengths);
+            assert_eq!(map_each(words, threads, |word| word.len()), lengths);
         }
     }
 

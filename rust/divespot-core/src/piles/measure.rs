@@ -21,7 +21,7 @@ use crate::cancel::Polled;
 use crate::connectivity::UNLABELLED;
 use crate::error::{Error, Result};
 use crate::heightmap::Grid;
-use crate::parallel::{map_each, map_into};
+use crate::parallel::map_each;
 use crate::thread_count;
 
 /// Measures every object in a levelled height map, and the things off its surface.
@@ -119,7 +119,7 @@ fn measured(
         parts.iter().map(|(found, whole)| object_of(n, found, whole, settings)).collect()
     };
     let pairs = with_their_flanks(&scene, &labels, &around, settings);
-    let mut objects = map_into(pairs, thread_count(settings.threads), alone).concat();
+    let mut objects = map_each(pairs, thread_count(settings.threads), alone).concat();
     detection_limit::mark(&mut objects, settings);
     if settings.base.is_none() {
         let walled_in = objects.iter_mut().filter(|o| o.label >= divided.first_apart);

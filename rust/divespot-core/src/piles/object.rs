@@ -86,13 +86,8 @@ pub(crate) fn object_of(
         (on_base(&base, toe()), on_base(&base, held), centroid(window, &base, &covered, filled))
     };
     let judged = || {
-        let evidence = Evidence {
-            shape: shape_above_ground(found, &base, settings),
-            own_base: settings.base.is_none().then_some(&base),
-            seen_fraction,
-            beyond_edge: beyond_edge(window),
-        };
-        (evidence.why_no_pile(), Budget::of(window, &base, &gaps, settings.toe_cells))
+        let reason = evidence(found, window, &base, seen_fraction, settings).why_no_pile();
+        (reason, Budget::of(window, &base, &gaps, settings.toe_cells))
     };
     let ((outline_m, base_m, centroid_m), (reason, budget)) = both(threads, drawn, judged);
     Object {
@@ -111,6 +106,22 @@ pub(crate) fn object_of(
         leans_on_wall: wall::leans(window),
         reason,
         base,
+    }
+}
+
+/// What the object is judged by.
+fn evidence<'a>(
+    found: &'a Window,
+    window: &Window,
+    base: &'a Base,
+    seen_fraction: f64,
+    settings: &Settings,
+) -> Evidence<'a> {
+    Evidence {
+        shape: shape_above_ground(found, base, settings),
+        own_base: settings.base.is_none().then_some(base),
+        seen_fraction,
+        beyond_edge: beyond_edge(window),
     }
 }
 
