@@ -17,19 +17,21 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import laspy
 import numpy as np
 
 import divespot
 import divespot.too_large
+from yard import CORNER_M, NOISE_M, SLOPE, STEEP, write_las
 
-#: Where the sites lie in UTM; rise of the ground along x, and standard deviation of heights.
-CORNER_M, SLOPE, NOISE_M = (482_300.0, 5_456_700.0, 312.0), 0.005, 0.01
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
-#: Radii of cones, square by square, and their rise over run.
-RADII_M, STEEP = (1.0, 1.0, 4.0, 1.0, 1.0, 1.0, 10.0), 0.7
+    from numpy.typing import NDArray
+
+#: Radii of cones, square by square.
+RADII_M = (1.0, 1.0, 4.0, 1.0, 1.0, 1.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -60,24 +62,17 @@ SITES = {
 }
 
 
-def write_site(path: Path, site: Site) -> None:
-    """Write a site, square by square."""
-    header = laspy.LasHeader(point_format=6, version="1.4")
-    header.scales, header.offsets = [0.001] * 3, CORNER_M
+def squares(site: Site) -> Iterator[NDArray[np.float64]]:
+    """Yield the points of a site, square by square."""
     rng = np.random.default_rng(0)
     across = round(site.square_m / site.step_m)
-    with laspy.open(path, mode="w", header=header) as writer:
-        for number, middle in enumerate(site.middles_m()):
-            cells = np.indices((across, across)).reshape(2, -1)
-            x, y = (cells + rng.random(cells.shape)) * (site.square_m / across)
-            x, y = x + middle[0] - 0.5 * site.square_m, y + middle[1] - 0.5 * site.square_m
-            out = np.hypot(x - middle[0], y - middle[1])
-            z = SLOPE * x + STEEP * np.maximum(0.0, site.radius_m(number) - out)
-            z += rng.normal(0.0, NOISE_M, len(x))
-            record = laspy.ScaleAwarePointRecord.zeros(len(x), header=header)
-            record.x, record.y, record.z = x + CORNER_M[0], y + CORNER_M[1], z + CORNER_M[2]
-            record.return_number[:] = record.number_of_returns[:] = 1
-            writer.write_points(record)
+    for number, middle in enumerate(site.middles_m()):
+        cells = np.indices((across, across)).reshape(2, -1)
+        x, y = (cells + rng.random(cells.shape)) * (site.square_m / across)
+        x, y = x + middle[0] - 0.5 * site.square_m, y + middle[1] - 0.5 * site.square_m
+        out = np.hypot(x - middle[0], y - middle[1])
+        z = SLOPE * x + STEEP * np.maximum(0.0, site.radius_m(number) - out)
+        yield np.column_stack([x, y, z + rng.normal(0.0, NOISE_M, len(x))])
 
 
 def measured(path: Path, site: Site) -> dict[str, Any]:
@@ -117,7 +112,7 @@ def print_site(name: str, folder: Path) -> None:
     """Write a site, measure it in a process of its own, and print what came of it."""
     path = folder / f"{name}.laz"
     if not path.exists():
-        write_site(path, SITES[name])
+        write_las(path, squares(SITES[name]))
     command = [sys.executable, __file__, "--run", name, str(path)]
     ended = subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE)
     got = json.loads(ended.stdout.splitlines()[-1])

@@ -10,7 +10,7 @@ import laspy
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -77,12 +77,17 @@ def heaps() -> list[Heap]:
 
 def write_yard(path: Path, points: int, seed: int = 0) -> int:
     """Write the yard, one point in each cell of a grid, row by row; return how many there are."""
+    return write_las(path, _batches(points, np.random.default_rng(seed)))
+
+
+def write_las(path: Path, batches: Iterable[NDArray[np.float64]]) -> int:
+    """Write points relative to `CORNER_M`, batch by batch; return how many there are."""
     header = laspy.LasHeader(point_format=6, version="1.4")
     header.scales, header.offsets = [STEP_M] * 3, CORNER_M
     written = 0
     backend = laspy.LazBackend.LazrsParallel
     with laspy.open(path, mode="w", header=header, laz_backend=backend) as writer:
-        for xyz in _batches(points, np.random.default_rng(seed)):
+        for xyz in batches:
             record = laspy.ScaleAwarePointRecord.zeros(len(xyz), header=header)
             record.x, record.y, record.z = (xyz + CORNER_M).T
             record.return_number[:] = record.number_of_returns[:] = 1
