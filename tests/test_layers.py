@@ -10,7 +10,7 @@ from imports import Graph, circles, python_imports, rust_imports
 LAYERS = {
     "words": "_native base_name directions dot errors extras log materials numbers progress "
     "reasons selection",
-    "checks": "_arguments output",
+    "checks": "_arguments boxes output",
     "files": "cores io",
     "settings": "_options _typed stages settings mass",
     "kernels": "accumulator clustering grid kernels plane spacing",
@@ -21,8 +21,8 @@ LAYERS = {
     "outline_file projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
-    "method": "overview repeated cleaning windows sightings tiled pipeline comparing scale "
-    "divespot",
+    "method": "overview repeated cleaning standing windows sightings tiled pipeline comparing "
+    "scale divespot",
     "scenes": "simulate",
     "errors of known scans": "evaluate",
     "the paper's tables": "reproduce",

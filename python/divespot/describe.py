@@ -180,7 +180,7 @@ def doubts(
         what = f"{len(others)} other objects were found" if others else nothing
         found.append(f"no pile was found: {what}")
     share = pose.plane.inliers / points
-    if share < FLAT_SHARE and not settings.base.startswith("surface="):
+    if share < FLAT_SHARE and not settings.has_earlier:
         found.append(f"only {share:.0%} of the points lie on one plane: the ground may be uneven")
     found += [
         f"object {item.id} may be a pile, but only {item.seen_fraction:.0%} of it were seen: "

@@ -39,7 +39,7 @@ def is_held_against(grid: HeightMap, ground: GroundLevel, settings: Settings) ->
     if settings.base.startswith("height="):
         edge = _edge(~np.isnan(grid.heights_m))
         return bool(ground.is_ground[edge.ravel()].mean() < AROUND) if edge.any() else True
-    return settings.base.startswith("surface=")
+    return settings.has_earlier
 
 
 def _edge(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:

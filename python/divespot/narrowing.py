@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot.boxes import box_of, grown, longer
 from divespot.errors import DivespotError
 from divespot.outline_features import read_features
 from divespot.outline_place import Placing
@@ -76,7 +77,5 @@ def _positions(geometry: Any) -> Iterator[list[float]]:  # noqa: ANN401 - any JS
 
 
 def _around(corners: NDArray[np.float64]) -> Rectangle:
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    room = AROUND * (high - low).max()
-    (x0, y0), (x1, y1) = (low - room).tolist(), (high + room).tolist()
-    return x0, y0, x1, y1
+    box = box_of(corners)
+    return grown(box, AROUND * longer(box))

@@ -14,12 +14,9 @@ from divespot.earlier import common_pose, map_earlier, read_earlier
 from divespot.frame import Frame
 from divespot.gaps import close_gaps
 from divespot.ground_level import find_ground
-from divespot.holes import with_holes
 from divespot.intake import crop, load
 from divespot.level import Level
 from divespot.objects import (
-    find_objects,
-    measure_objects,
     measure_regions,
 )
 from divespot.outline_file import find_regions
@@ -28,6 +25,7 @@ from divespot.repeated import measure_again
 from divespot.report import Total
 from divespot.rounding import Rounding
 from divespot.settings import as_settings
+from divespot.standing import measure_standing
 from divespot.surface import find_surface, map_heights
 from divespot.tiled import Overview, blocks_of, for_overview, measure_windows
 
@@ -123,9 +121,7 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
     elif is_held:
         measured = run("volume", measure_differences, surface, grid, earlier, bases, s)
     else:
-        labels = run("fine filter", find_objects, grid, ground, s, run.warn)
-        measured = run("volume", measure_objects, surface, grid, labels, bases, s)
-        measured = run("holes", with_holes, measured, grid, bases, s)
+        measured = measure_standing(surface, grid, bases, s, run)
     base_m = whole_base(grid, bases, measured.base_m, s)
     found = describe(measured, closed, Rounding.of(cloud, pose, scan), s, cloud.registration)
     if blocks and not is_held:

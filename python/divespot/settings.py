@@ -136,6 +136,11 @@ class Settings(Checked):
         """Whether areas are given, by an outline or a rectangle, instead of searched for."""
         return self.outline is not None or self.inside is not None
 
+    @property
+    def has_earlier(self) -> bool:
+        """Whether the base is a given surface, such as an earlier scan."""
+        return self.base.startswith("surface=")
+
     @classmethod
     def paper(cls, **changes: Unpack[PaperChanges]) -> Settings:
         """Return the paper's method: one pile, cut above one ground height, without a toe.

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot.windows import box_of, overlap
+from divespot.boxes import box_of, overlap
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from divespot.boxes import Box
     from divespot.describe import Described
     from divespot.frame import Frame
-    from divespot.windows import Box, Window
+    from divespot.windows import Window
 
 #: An object that ends within so many cells of a window's edge goes on beyond.
 CUT_CELLS = 3.0

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from divespot.boxes import overlap
 from divespot.cores import cores
 from divespot.errors import DivespotError, NothingSeenError
 from divespot.io import UNITS, stretches
@@ -90,6 +91,7 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
     plan, near = _near(files, sample.crs, settings)
     parts = tuple(stretch for _, own in near for stretch in own)
     seen = np.concatenate([look.points for look, _ in near])
+    seen = seen[np.isfinite(seen).all(axis=1)]
     within = _corners(settings, plan, UNITS[sample.unit])
     points = sum(stretch.count for stretch in parts)
     densest_m = (
@@ -98,8 +100,8 @@ def planned(paths: Sequence[str], settings: Settings, *, skip_damaged: bool = Fa
     origin_m, spacing_m, voxel_m = _voxels(seen, within, points, densest_m, settings)
     # An earlier scan is held whole, and held against the whole of this one. Cells at least as wide
     # as those of the coarse voxels need no fine ones.
-    is_held = settings.base.startswith("surface=")
-    is_fine = voxel_m > spacing_m and not is_held and (settings.cell_m or 0.0) < CELL * voxel_m
+    is_coarse = (settings.cell_m or 0.0) >= CELL * voxel_m
+    is_fine = voxel_m > spacing_m and not settings.has_earlier and not is_coarse
     fine_m = spacing_m if is_fine else None
     metres = sample.whole.metres if sample.whole else (1.0, 1.0, 1.0)
     wanted = Wanted.of(None, settings.classes, settings.returns)
@@ -148,7 +150,7 @@ def _meets(look: Scan, plan: Rectangle | None) -> bool:
     step = 1e-6 * (1.0 + np.abs(high).max())
     seen = look.points / look.whole.metres
     is_true = ((seen >= low - step) & (seen <= high + step))[np.isfinite(seen).all(axis=1)].all()
-    return not is_true or bool((low[:2] <= plan[2:]).all() and (high[:2] >= plan[:2]).all())
+    return not is_true or overlap((*low[:2], *high[:2]), plan)
 
 
 def _corners(settings: Settings, plan: Rectangle | None, metres: float) -> Corners | None:
@@ -167,7 +169,7 @@ def _triple(numbers: Iterable[float]) -> tuple[float, float, float]:
 
 
 def _voxels(
-    sample: NDArray[np.float64],
+    seen: NDArray[np.float64],
     within: Corners | None,
     points: int,
     densest_m: float,
@@ -178,7 +180,6 @@ def _voxels(
     The distance is that in the sample, at most `densest_m`; the edge is larger where that is more
     voxels than are aimed at.
     """
-    seen = sample[np.isfinite(sample).all(axis=1)]
     share = 1.0
     if within is not None:
         inside = ((seen >= within[0]) & (seen <= within[1])).all(axis=1)
@@ -202,11 +203,9 @@ def _is_shuffled(look: Scan) -> bool:
     return bool(reach > NO_ORDER * _area(whole))
 
 
-def _spacing_m(sample: NDArray[np.float64], points: int) -> float:
+def _spacing_m(seen: NDArray[np.float64], points: int) -> float:
     """Return how far apart so many points are, strewn evenly over where a sample of them lies."""
-    return RANDOM * math.sqrt(
-        _area(np.ptp(sample[np.isfinite(sample).all(axis=1)], axis=0)) / points
-    )
+    return RANDOM * math.sqrt(_area(np.ptp(seen, axis=0)) / points)
 
 
 def _area(sizes_m: NDArray[np.float64]) -> float:

@@ -14,19 +14,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
+from divespot.boxes import box_of, grown, joined, longer, overlap
 from divespot.cleaning import cleaned
 from divespot.describe import Described, describe
 from divespot.errors import DivespotError
 from divespot.ground_level import find_ground
-from divespot.holes import with_holes
-from divespot.objects import Measured, find_objects, measure_objects, measure_regions
+from divespot.objects import Measured, measure_regions
 from divespot.progress import Progress
 from divespot.rounding import Rounding
 from divespot.selection import rows_of
 from divespot.settings import given
 from divespot.sightings import Sighting, every_one_once, is_among
+from divespot.standing import measure_standing
 from divespot.surface import find_surface, map_heights
-from divespot.windows import AROUND, Window, around, box_of, grown, joined, longer_m, overlap, tiles
+from divespot.windows import AROUND, Window, around, tiles
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -124,7 +125,7 @@ def blocks_of(cloud: Cloud, settings: Settings) -> Blocks | None:
 
     Against an earlier scan, which is held whole, the whole of the survey is held.
     """
-    if cloud.streamed is None or settings.base.startswith("surface="):
+    if cloud.streamed is None or settings.has_earlier:
         return None
     blocks: Blocks | None = cloud.streamed.blocks
     return blocks
@@ -221,9 +222,7 @@ def _found(overview: Overview, window: Window, cloud: Cloud) -> tuple[list[Descr
     if window.region is not None:
         measured = measure_regions(surface, grid, [window.region], bases, s)
     else:
-        labels = find_objects(grid, ground, s, quiet.warn)
-        measured = measure_objects(surface, grid, labels, bases, s)
-        measured = with_holes(measured, grid, bases, s)
+        measured = measure_standing(surface, grid, bases, s, quiet)
     return describe(measured, frame, Rounding.of(cloud, frame.pose, scan), s), s
 
 
@@ -237,7 +236,7 @@ def _with_cut(
     """
     least_m, left_out = 0.5 * AROUND * overview.blocks.voxel_m, 0
     for piece in sorted(cut, key=lambda one: one.rank):
-        is_pile = piece.found.pile.reason is None and longer_m(piece.box_m) >= least_m
+        is_pile = piece.found.pile.reason is None and longer(piece.box_m) >= least_m
         if not is_pile or is_among(piece, whole):
             continue
         found, used = _around(overview, piece) if most > 0 else (None, 0)
@@ -256,7 +255,7 @@ def _around(overview: Overview, piece: Sighting) -> tuple[list[Sighting] | None,
     """
     box_m = piece.box_m
     for used in range(1, WIDER + 1):
-        shown = _shown(overview, around(grown(box_m, longer_m(box_m)), overview.blocks.voxel_m))
+        shown = _shown(overview, around(grown(box_m, longer(box_m)), overview.blocks.voxel_m))
         if shown is None:
             return [], used
         beyond = [one.box_m for one in shown.cut if overlap(one.box_m, piece.box_m)]
