@@ -172,7 +172,7 @@ fn measure(scan: &Scan, _threads: usize) -> Result<()> {
 fn objects(scan: &Scan) -> Result<Vec<Object>> {
     let settings = piles::Settings {
         toe_cells: 3,
-        ring_share: 0.15,
+        annulus_share: 0.15,
         margin_m: MARGIN_M,
         base: None,
         compared: vec![],

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 SEED = 1
 OFF = "#c0392b"
-GROUND, BANK, RING, TOE = "#b9cad3", "#5d6d7a", "#5fa777", "#e8cf8a"
+GROUND, BANK, ANNULUS, TOE = "#b9cad3", "#5d6d7a", "#5fa777", "#e8cf8a"
 TOE_ZONE, CORE = 2, 3
 AROUND = (-0.75, 0.75)
 CAMERA = simulate.Camera(frames=5, rail_m=1.6, height_m=2.0, bias_m=0.0)
@@ -174,13 +174,13 @@ def base() -> Figure:
     figure = Figure(figsize=(9.0, 4.0), layout="constrained")
     figure.suptitle(found.title(), color=INK, fontsize=10)
     plan, profile = figure.subplots(1, 2, width_ratios=(1, 1.6))
-    colors = ListedColormap([GROUND, RING, TOE, AREA])
+    colors = ListedColormap([GROUND, ANNULUS, TOE, AREA])
     plan.pcolormesh(x, y, zones, cmap=colors, vmin=0, vmax=3, shading="nearest")
     row = int(np.abs(y[:, 0]).argmin())
     plan.axhline(y[row, 0], color=INK, linewidth=0.8, linestyle=":")
     plan.set(xlabel="x in m", ylabel="y in m", aspect="equal", xlim=AROUND, ylim=AROUND)
     heights_mm = 1e3 * height_map.heights_m[row]
-    for zone, name in enumerate(("ground", "ring", "toe", "core")):
+    for zone, name in enumerate(("ground", "annulus", "toe", "core")):
         shown = zones[row] == zone
         profile.scatter(x[row][shown], heights_mm[shown], s=6, color=colors(zone / 3), label=name)
     under = zones[row] >= TOE_ZONE
@@ -198,9 +198,9 @@ def _zones(report: Report) -> NDArray[np.intp]:
     hill = labels.reshape(height_map.heights_m.shape) == 0
     core = hill & (height_map.heights_m - level.base_m > given(settings.margin_m))
     toe = math.ceil(given(settings.stages.toe_m) / height_map.cell_m)
-    ring = max(3, int(settings.stages.ring_share * math.sqrt(core.sum())))
+    annulus = max(3, int(settings.stages.annulus_share * math.sqrt(core.sum())))
     steps = [core]
-    for step in range(toe + ring):
+    for step in range(toe + annulus):
         steps.append(_wider(steps[-1], diagonal=step % 2 == 1))
     return np.asarray(core.astype(np.intp) + steps[toe] + steps[-1])
 

@@ -70,7 +70,7 @@ OTHER_VALUES: dict[str, tuple[list[str], Any]] = {
     "compare_bases": (["--compare-bases"], True),
     "repeat": (["--repeat"], True),
     "toe_m": (["--toe-m", "0.08"], 0.08),
-    "ring_share": (["--ring-share", "0.2"], 0.2),
+    "annulus_share": (["--annulus-share", "0.2"], 0.2),
     "factor": (["--factor", "1.1"], 1.1),
     "density_kg_m3": (["--density-kg-m3", "721"], 721.0),
     "density_u_kg_m3": (["--density-u", "20"], 20.0),

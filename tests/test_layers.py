@@ -16,9 +16,9 @@ LAYERS = {
     "kernels": "accumulator clustering grid kernels plane spacing",
     "depth frames": "frames",
     "stages": "sensor narrowing too_large blocks one_pass streaming intake lengths thinning "
-    "clusters filters up pose gaps frame strays surface ground_level earlier bases detection "
-    "place_maps judgement objects holes differences outline_checks outline_place outline_features "
-    "outline_file projection rounding",
+    "clusters filters up pose gaps frame surface_outliers surface ground_level earlier bases "
+    "detection place_maps judgement objects holes differences outline_checks outline_place "
+    "outline_features outline_file projection rounding",
     "report": "budget level report describe",
     "results": "plot save volume results doors",
     "method": "overview repeated cleaning standing windows sightings tiled pipeline comparing "

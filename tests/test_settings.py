@@ -120,6 +120,11 @@ def test_a_volume_method_says_where_it_went(name: str) -> None:
         divespot.measure(CONE, {name: "hull"})
 
 
+def test_a_renamed_parameter_says_its_name() -> None:
+    with pytest.raises(DivespotError, match=r"^ring_share is no setting .*: annulus_share is its"):
+        divespot.Settings.paper(ring_share=0.2)  # type: ignore[call-arg]
+
+
 def test_settings_may_be_a_dict_as_of_a_report() -> None:
     report = divespot.measure(CONE, crop=(-9, -9, -9, 9, 9, 9), up=(0, 0, 2.5))
     assert report.settings.up == (0.0, 0.0, 2.5)

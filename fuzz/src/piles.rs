@@ -17,7 +17,7 @@ pub struct Input {
     loose: Points,
     labels: Vec<i8>,
     toe_cells: u8,
-    ring_share: u8,
+    annulus_share: u8,
     margin_m: Number,
     base: u8,
     level_m: Number,
@@ -66,13 +66,13 @@ impl Input {
         };
         Settings {
             toe_cells: u32::from(self.toe_cells % 8),
-            ring_share: f64::from(self.ring_share) / 256.0,
+            annulus_share: f64::from(self.annulus_share) / 256.0,
             margin_m: self.margin_m.near().abs().max(1e-6),
             base: base.clone(),
             compared: vec![None, base],
             ground: Base::ground(level, 0.01, 0.01),
             link_cells: u32::from(self.toe_cells % 3),
-            fewest_cells: usize::from(self.ring_share % 5),
+            fewest_cells: usize::from(self.annulus_share % 5),
             threads: 1 + usize::from(self.toe_cells % 2),
         }
     }

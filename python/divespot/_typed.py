@@ -60,7 +60,7 @@ class StageChanges(TypedDict, total=False):
     link_m: float | None
     select: Literal["all", "largest"]
     toe_m: float | None
-    ring_share: float
+    annulus_share: float
     factor: float
 
 

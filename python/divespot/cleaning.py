@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from divespot.filters import radius_filter, scene_cluster, voxels
-from divespot.strays import drop_strays
+from divespot.surface_outliers import drop_surface_outliers
 from divespot.thinning import even_out, take_survey
 
 if TYPE_CHECKING:
@@ -28,4 +28,4 @@ def cleaned(
     points = run("radius filter", radius_filter, points, scan, s)
     points = run("scene cluster", scene_cluster, points, s, run.warn)
     points = run("voxels", voxels, points, s)
-    return run("strays", drop_strays, points, scan, cloud, s)
+    return run("surface outliers", drop_surface_outliers, points, scan, cloud, s)

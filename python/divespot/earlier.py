@@ -21,8 +21,8 @@ from divespot.plane import rotation_to_z
 from divespot.pose import Pose, find_pose
 from divespot.settings import Settings, given
 from divespot.stages import Stages
-from divespot.strays import drop_strays
 from divespot.surface import Surface, find_surface
+from divespot.surface_outliers import drop_surface_outliers
 from divespot.thinning import take_survey
 from divespot.up import SMALL_TILT_DEG
 
@@ -82,7 +82,7 @@ def read_earlier(cloud: Cloud, settings: Settings) -> Earlier | None:
     try:
         scan, own = take_survey(points, found.quantum_m, _own(settings))
         points = points if settings.radius_m == 0.0 else radius_filter(points, scan, own)
-        points, scan, own = drop_strays(points, scan, cloud, own)
+        points, scan, own = drop_surface_outliers(points, scan, cloud, own)
     except DivespotError as error:
         raise DivespotError(f"{name.path}: {error}") from None
     return Earlier(name.path, points, scan, own)

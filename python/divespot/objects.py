@@ -213,6 +213,6 @@ def measuring(grid: HeightMap, bases: Bases, settings: Settings) -> Measuring:
     """Return the settings for measuring objects, as the kernel takes them."""
     ground, toe_cells = bases.ground, _steps(grid, settings.stages.toe_m)
     level = (ground.height_m, ground.noise_m, ground.noise_m)
-    lengths = toe_cells, settings.stages.ring_share, given(settings.margin_m)
+    lengths = toe_cells, settings.stages.annulus_share, given(settings.margin_m)
     things = _things(grid, settings.stages)
     return *lengths, level, things, bases.raw(), settings.threads

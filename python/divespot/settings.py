@@ -239,6 +239,8 @@ def elsewhere(name: str) -> str | None:
     """Return where a name that is no setting is accepted; None if nowhere."""
     if name in STAGE_NAMES:
         return f"{name} is no setting of the instrument: Settings.paper({name}=...) takes it"
+    if name == "ring_share":
+        return "ring_share is no setting any more: annulus_share is its name"
     if name in _VOLUME:
         return f"{name} is no setting any more: divespot.volume.volumes_m3 takes it"
     return None

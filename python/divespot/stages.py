@@ -68,7 +68,7 @@ class Stages(Checked):
     toe_m: float | None = length(
         "width of the strip around an object that may hold its toe, in metres"
     )
-    ring_share: float = positive(
+    annulus_share: float = positive(
         "width of the annulus of ground around a pile that supports its base, as a share of "
         "the square root of the pile's area",
         *(0.15, 10.0),

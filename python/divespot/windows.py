@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 TILE, AROUND = 1280, 160
 
 #: How much is seen on each side of an object for which a window is opened, as a share of its
-#: longer side: the ring of ground that its base follows from is half as wide (`Stages.ring_share`).
+#: longer side: the annulus of ground that its base follows from is half as wide
+#: (`Stages.annulus_share`).
 SURROUNDINGS = 0.3
 
 

@@ -147,14 +147,14 @@ type Measuring<'py> =
     (u32, f64, f64, (f64, f64, f64), (u32, usize), Vec<Option<PyRef<'py, RawBase>>>, usize);
 
 fn settings_of(measuring: Measuring<'_>) -> Settings {
-    let (toe_cells, ring_share, margin_m, ground, things, bases, threads) = measuring;
+    let (toe_cells, annulus_share, margin_m, ground, things, bases, threads) = measuring;
     let (link_cells, fewest_cells) = things;
     let ground = Base::ground(ground.0, ground.1, ground.2);
     let mut bases = bases.into_iter().map(|base| base.map(|base| base.0.clone()));
     let base = bases.next().flatten();
     Settings {
         toe_cells,
-        ring_share,
+        annulus_share,
         margin_m,
         base,
         compared: bases.collect(),

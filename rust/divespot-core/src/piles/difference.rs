@@ -83,7 +83,7 @@ impl Seen {
 /// let ground = Base::ground(0.0, 0.001, 0.001);
 /// let settings = Settings {
 ///     toe_cells: 3,
-///     ring_share: 0.15,
+///     annulus_share: 0.15,
 ///     margin_m: 0.02,
 ///     base: Some(Base::on(Surface::over(*grid, empty.heights_m.clone())?, 0.001)),
 ///     compared: Vec::new(),
@@ -199,7 +199,7 @@ impl<'a> Rise<'a> {
         is_own: impl Fn(i32) -> bool,
         settings: &Settings,
     ) -> Vec<Object> {
-        let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
+        let reach = Reach::each(labels, settings.toe_cells, settings.annulus_share);
         let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
         let nearest = NearestLabel::grow(self.scene.grid, labels, |_| true, farthest);
         let windows = Window::all(&self.scene, labels, &nearest, &reach);

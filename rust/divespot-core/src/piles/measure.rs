@@ -49,7 +49,7 @@ use crate::thread_count;
 /// let ground = Base::ground(0.0, 0.001, 0.001);
 /// let settings = Settings {
 ///     toe_cells: 3,
-///     ring_share: 0.15,
+///     annulus_share: 0.15,
 ///     margin_m: 0.02,
 ///     base: Some(ground.clone()),
 ///     compared: Vec::new(),
@@ -213,7 +213,7 @@ fn windows(
     around: &Around<'_>,
     settings: &Settings,
 ) -> Vec<(i32, Window)> {
-    let reach = Reach::each(labels, settings.toe_cells, settings.ring_share);
+    let reach = Reach::each(labels, settings.toe_cells, settings.annulus_share);
     let farthest = reach.iter().map(|r| r.farthest()).max().unwrap_or(0);
     let nearest = around.nearest(labels, farthest);
     Window::all(scene, labels, &nearest, &reach)

@@ -144,7 +144,7 @@ fn split(ring: Ring, axis: usize, at: f64) -> (Ring, Ring) {
 /// let ground = Base::ground(0.0, 0.001, 0.001);
 /// let settings = Settings {
 ///     toe_cells: 3,
-///     ring_share: 0.15,
+///     annulus_share: 0.15,
 ///     margin_m: 0.02,
 ///     base: Some(ground.clone()),
 ///     compared: Vec::new(),
@@ -247,7 +247,7 @@ fn window_of(
     for &(cell, part) in parts {
         (labels[cell], counts[cell]) = (OWN, part);
     }
-    let reach = Reach::each(&labels, settings.toe_cells, settings.ring_share);
+    let reach = Reach::each(&labels, settings.toe_cells, settings.annulus_share);
     let nearest = NearestLabel::grow(scene.grid, &labels, |_| true, reach[0].farthest());
     let (_, mut window) = Window::all(scene, &labels, &nearest, &reach).into_iter().next()?;
     window.count_parts(|center| counts[scene.grid.cell(&center)]);

@@ -9,7 +9,7 @@ pub struct Settings {
     pub toe_cells: u32,
     /// Width of the annulus of ground beyond the toe, as a share of the edge of a square as large
     /// as the object.
-    pub ring_share: f64,
+    pub annulus_share: f64,
     /// Height above the base from which a cell certainly belongs to the object.
     pub margin_m: f64,
     /// The base of every object; `None` for a local base from the ground around each.

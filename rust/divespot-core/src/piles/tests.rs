@@ -41,9 +41,9 @@ fn labels_of(map: &HeightMap, label: impl Fn(f64, f64) -> i32) -> Vec<i32> {
 pub(crate) fn window_of(map: &HeightMap, found: impl Fn(f64, f64) -> bool) -> Window {
     let labels = labels_of(map, |x, y| if found(x, y) { 0 } else { UNLABELLED });
     let on_all_else = Found::on_all_else(labels.clone());
-    let Settings { margin_m, toe_cells, ring_share, .. } = settings();
+    let Settings { margin_m, toe_cells, annulus_share, .. } = settings();
     let scene = Scene::new(&map.grid, &map.heights_m, &on_all_else, margin_m).unwrap();
-    let reach = Reach::each(&labels, toe_cells, ring_share);
+    let reach = Reach::each(&labels, toe_cells, annulus_share);
     let nearest = NearestLabel::grow(&map.grid, &labels, |_| true, reach[0].farthest());
     Window::all(&scene, &labels, &nearest, &reach).remove(0).1
 }
@@ -52,7 +52,7 @@ pub(crate) fn settings() -> Settings {
     let ground = Base::ground(0.0, 0.0, 0.0);
     Settings {
         toe_cells: 4,
-        ring_share: 0.2,
+        annulus_share: 0.2,
         margin_m: 0.03,
         base: None,
         compared: vec![],

@@ -76,7 +76,7 @@ const FEWEST_STEPS: u32 = 3;
 impl Reach {
     /// The zones of each object. The annulus is a share of the edge of a square as large as the
     /// object.
-    pub(crate) fn each(labels: &[i32], toe: u32, ring_share: f64) -> Vec<Self> {
+    pub(crate) fn each(labels: &[i32], toe: u32, annulus_share: f64) -> Vec<Self> {
         let mut cells: Vec<u32> = Vec::new();
         for label in labels.iter().filter_map(|&l| usize::try_from(l).ok()) {
             cells.resize(cells.len().max(label + 1), 0);
@@ -84,7 +84,7 @@ impl Reach {
         }
         let reach = |&cells: &u32| {
             let share = |share: f64| (share * f64::from(cells).sqrt()) as u32;
-            let annulus = share(ring_share).max(FEWEST_STEPS);
+            let annulus = share(annulus_share).max(FEWEST_STEPS);
             Self { toe, annulus, far: share(WAVES_SHARE).saturating_sub(annulus) }
         };
         cells.iter().map(reach).collect()

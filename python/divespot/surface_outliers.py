@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from divespot.spacing import Survey
 
 
-def drop_strays(
+def drop_surface_outliers(
     points: NDArray[np.float64], found: Survey, cloud: Cloud, settings: Settings
 ) -> tuple[NDArray[np.float64], Survey, Settings]:
     """Drop points off the surface if points are few, and survey the rest.
