@@ -16,9 +16,7 @@ from divespot.gaps import close_gaps
 from divespot.ground_level import find_ground
 from divespot.intake import crop, load
 from divespot.level import Level
-from divespot.objects import (
-    measure_regions,
-)
+from divespot.objects import measure_regions
 from divespot.outline_file import find_regions
 from divespot.progress import Progress
 from divespot.repeated import measure_again
