@@ -4,10 +4,8 @@ use std::ops::Range;
 
 use crate::bounds::ends;
 use crate::parallel::{map_chunks, share, split_by};
+use crate::places::CHUNK;
 use crate::{Bounds, Point, thread_count};
-
-/// Rows for a thread at a time. Decides no answer.
-const CHUNK: usize = 32_768;
 
 /// The finite points of a scan, relative to the lowest corner of their bounding box.
 ///

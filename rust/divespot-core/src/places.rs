@@ -6,7 +6,7 @@ use crate::parallel::map_chunks;
 use crate::{Bounds, Point};
 
 /// Rows for a thread at a time. Decides no answer.
-const CHUNK: usize = 32_768;
+pub(crate) const CHUNK: usize = 32_768;
 
 /// Points and an origin: they read like a copy relative to the origin.
 ///
