@@ -18,16 +18,21 @@ use crate::pose::{hull_area, rotate, rotation_to_z};
 use crate::survey::Normal;
 use crate::{Error, Places, Point, thread_count};
 
-/// Most planes that are compared; a room has five. Chosen.
+/// Most planes that are compared. Chosen: a room has five, and one more; fewer miss a floor smaller
+/// than its walls, more take time.
 const CANDIDATES: usize = 6;
-/// Points on which planes are searched and compared: shares are known to about 1 %. Chosen.
+/// Points on which planes are searched and compared: shares are known to about 1 % (closed form:
+/// 0.5 / √2000).
 const COMPARED: usize = 2000;
-/// Smallest share of the points on a candidate plane. Chosen.
+/// Smallest share of the points on a candidate plane: 40 of those compared. Chosen: lower compares
+/// chance planes, higher loses a floor of which little shows.
 const LEAST_SHARE: f64 = 0.02;
-/// A point is below a plane if it is this many thresholds off it. Chosen.
+/// A point is below a plane if it is this many thresholds off it. Chosen: lower counts noise and
+/// waves of the ground, higher overlooks ground just below a plateau.
 const CLEAR: f64 = 2.0;
 /// A point is below the ground only if it is deeper than a fold or slope of the ground would take
-/// it, for its distance from the middle of the plane's points; rise over run, 6°. Chosen.
+/// it, for its distance from the middle of the plane's points; rise over run, 6°. Chosen: lower
+/// counts ground that falls away, higher overlooks ground far beside a plateau.
 const GENTLE: f64 = 0.1;
 /// Angles to the ground between which a slope is taken for bulk material, in radians: 15° to 50°
 /// (angles of repose of 20° to 45°). A flatter surface counts as level, and one within 15° of the
@@ -36,17 +41,19 @@ const SLOPES_RAD: (f64, f64) = (0.26, 0.87);
 /// Share of the surface that lies on a plane as poured, with which the plane is half proven to be
 /// the ground. Chosen on the scenes of `divespot evaluate`.
 const HALF_PROVEN: f64 = 0.01;
-/// Least number of such places, since the normals of single sparse points are unreliable. Chosen.
+/// Least number of such places, since the normals of single sparse points are unreliable. Chosen:
+/// lower lets chance normals prove a plane, higher leaves small piles without a say.
 const FEWEST_PROVING: f64 = 10.0;
 /// Weights of upright and level surfaces above the plane, and of points below it, relative to a
 /// point on it. Complete evidence of poured material has a weight of 1, as much as all points.
 /// Chosen on the scenes of `divespot evaluate`.
 const SQUARE: f64 = 0.5;
 const BELOW: f64 = 2.0;
-/// Weight of z being up, which decides only between equals. Chosen.
+/// Weight of z being up, which decides only between equals. Chosen about as large as the error of a
+/// share ([`COMPARED`]): more turns scans whose z is not up, less leaves the choice to noise.
 const UPRIGHT: f64 = 0.02;
 /// Quantile of the heights of poured slopes that is their top; higher ones may be flying pixels.
-/// Chosen.
+/// Chosen: nearer 1 a few flying pixels raise the top, lower cuts off peaks.
 const TOP: f64 = 0.95;
 
 /// A floor whose normal is within this angle (radians, 0.5°) of z shows that z is up: instruments

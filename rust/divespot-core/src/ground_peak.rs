@@ -6,14 +6,16 @@ use crate::histogram::{HeightHistogram, height_histogram};
 use crate::{Error, Result};
 
 /// A peak ends where the counts fall to this share of it; lower peaks are not in its series.
-/// Chosen.
+/// Chosen: half its height; lower joins the peaks of two levels, higher ends at noise.
 const PEAK_SHARE: f64 = 0.5;
 
 /// Height of the first peak, at least, as a share of the highest: the top of a box may hold many
-/// more points than the ground. Chosen.
+/// more points than the ground. Chosen: lower takes outliers for ground, higher skips small
+/// grounds.
 const FIRST_PEAK_SHARE: f64 = 0.1;
 
-/// Share of the heights that may be outliers at either end. Chosen.
+/// Share of the heights that may be outliers at either end. Chosen: lower lets outliers stretch the
+/// range, higher cuts into ground that is little of the scan.
 const STRAY_SHARE: f64 = 0.01;
 
 /// Most moves of a peak's window. Decides no answer: it converges sooner.

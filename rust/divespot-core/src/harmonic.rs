@@ -6,14 +6,15 @@
 use crate::cancel::{Polled, poll};
 
 /// Nodes along the longer side. Chosen: finer undulations, within a pile's width, are not a
-/// floor's.
+/// floor's; coarser nodes cut off true ones.
 const NODES: usize = 48;
-/// Weight of one cell of ground relative to one neighbouring node. Chosen: it sets the smoothing.
+/// Weight of one cell of ground relative to one neighbouring node. Chosen: lower smooths
+/// undulations away, higher follows the noise of cells.
 const PULL: f64 = 0.2;
 /// Over-relaxation factor, near the optimum for this number of nodes (speed of convergence).
 const RELAXATION: f64 = 1.85;
 /// Most sweeps, and the change in a sweep, as a share of the largest height, that ends them.
-/// Chosen.
+/// Chosen: fewer, or a larger change, leave wide gaps half filled; more take time.
 const SWEEPS: usize = 1000;
 const SETTLED: f64 = 1e-5;
 

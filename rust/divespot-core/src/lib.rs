@@ -4,10 +4,10 @@
 //! give the same bits in any order and with any number of threads.
 //!
 //! The comment of a constant gives its unit and the origin of its value: a closed form, a source,
-//! an angle of material, a fit with its command, or "chosen", which is a judgement without a fit.
-//! Values chosen on the scenes of `divespot evaluate` were chosen on seeds below 4000;
-//! `--first-seed 4000` checks them on others. A constant that "decides no answer" affects only
-//! speed and memory.
+//! an angle of material, a fit with its command, or "chosen", which is a judgement without a fit:
+//! it says what a lower and a higher value would cost. Values chosen on the scenes of `divespot
+//! evaluate` were chosen on seeds below 4000; `--first-seed 4000` checks them on others. A constant
+//! that "decides no answer" affects only speed and memory.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods))] // scenes need not be the same everywhere
 

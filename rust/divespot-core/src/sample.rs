@@ -17,7 +17,7 @@ pub(crate) fn mix(mut z: u64) -> u64 {
 /// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 14;
 /// Shells of distance from the middle within one root mean square distance. Chosen: fine enough to
-/// tell points apart.
+/// tell points apart; fewer give neighbours one rank.
 const SHELLS: f64 = (1u64 << 20) as f64;
 
 /// Up to `count` of `points`, drawn at random and in random order.

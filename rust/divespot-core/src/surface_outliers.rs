@@ -12,7 +12,8 @@ use crate::parallel::map_chunks;
 
 /// Neighbours in plan that are compared with a point: those around it on a square grid.
 const AROUND: usize = 8;
-/// Neighbours that are found beforehand, so that enough remain if most are outliers. Chosen.
+/// Neighbours that are found beforehand: four times [`AROUND`], so that enough remain if three
+/// quarters are outliers. Chosen: more take time and memory.
 const KNOWN: usize = 32;
 /// Slopes of the planes tried, as rise over run, each in several directions, besides the level one:
 /// up to 42°, which with [`BEND`] covers every angle of repose.
@@ -22,7 +23,7 @@ const DIRECTIONS: u32 = 8;
 /// slopes tried, and as much again for curvature.
 const BEND: f64 = 0.3;
 /// A point with less than this share of its neighbours in its plane may be an outlier. Chosen:
-/// half.
+/// half; lower keeps pairs of outliers, higher drops points on ridges.
 const LEAST: f64 = 0.5;
 /// Points in a leaf of the tree. Decides no answer.
 const LEAF: usize = 16;

@@ -15,12 +15,13 @@ use crate::hypotenuse::Hypotenuse;
 use crate::{Bounds, Point};
 
 /// A triangle with an edge longer than this many spacings of the points around covers unseen
-/// surface. Chosen.
+/// surface. Chosen: lower tears holes in uneven scans, higher bridges shadows.
 const LONG: f64 = 5.0;
 /// A vertex counts as sparse only if this many neighbours are as sparse; else it is an outlier.
-/// Chosen.
+/// Chosen: lower lets pairs of outliers bridge gaps, higher cuts off thin ends of scans.
 const COMPANY: usize = 3;
-/// Places along each side of a cell at which heights are taken and averaged. Chosen.
+/// Places along each side of a cell at which heights are taken and averaged. Chosen: one takes the
+/// middle for the mean, more take time and memory with their square.
 const PLACES: usize = 2;
 
 /// The steepest triangle of a heap, as rise over run: 50°. A steeper one lies between two surfaces;

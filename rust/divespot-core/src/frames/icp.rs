@@ -35,31 +35,36 @@ struct Level {
     done: f64,
 }
 
-/// From a tenth of the range, a few times the motion of a hand between two frames, down to the size
-/// of a few patches. Chosen.
+/// From an eighth of the range, a few times the motion of a hand between two frames, down to the
+/// size of a few patches. Chosen: narrower searches lose fast motions, wider ones pair other
+/// surfaces.
 const COARSE: [Level; 2] = [
     Level { reach: 0.12, every: 4, rounds: 15, done: 1e-4 },
     Level { reach: 0.05, every: 2, rounds: 10, done: 1e-4 },
 ];
 /// The last level, for starts that are near already.
 const FINE: [Level; 1] = [Level { reach: 0.02, every: 1, rounds: 8, done: 1e-5 }];
-/// Least cosine of the angle between normals of one surface: 32°. Chosen.
+/// Least cosine of the angle between normals of one surface: 32°. Chosen: lower pairs both sides of
+/// an edge, higher loses noisy normals and turned frames.
 const ALIKE: f64 = 0.85;
 /// Residuals beyond this share of the search radius, and beyond this many standard deviations, lose
-/// weight (Huber). Chosen.
+/// weight (Huber). Chosen: lower slows convergence, higher lets what moved pull the frame.
 const HUBER: f64 = 0.1;
 const DEVIATIONS: f64 = 3.0;
 /// Mean squared slope of the surfaces along a motion, from which the scene fixes it: that of a
-/// floor tilted by 0.8° everywhere. Chosen.
+/// floor tilted by 0.8° everywhere. Chosen: lower takes the noise of a floor for shape and slides,
+/// higher ignores small piles.
 const FIXED: f64 = 2e-4;
-/// The variance of noisy normals, times this factor, is subtracted from the squared slopes. Chosen.
+/// The variance of noisy normals, times this factor, is subtracted from the squared slopes: 1 would
+/// be exact without errors of the variance itself. Chosen: more ignores slopes that are there.
 const NOISY: f64 = 1.2;
 /// Patches for a thread at a time. Decides no answer.
 const CHUNK: usize = 2048;
 /// Patches keep their surfels while the frame moves by less than this share of the search radius.
-/// Chosen: it saves searches.
+/// Chosen: lower searches more often, higher keeps wrong pairs longer.
 const SAME: f64 = 0.05;
-/// A patch agrees with the model within this many standard deviations. Chosen.
+/// A patch agrees with the model within this many standard deviations. Chosen: of normal errors 1
+/// in 16,000 is beyond; lower calls good frames bad, higher hides what moved.
 const ON: f64 = 4.0;
 
 /// Registers patches with the model, from a roughly known pose.

@@ -55,22 +55,31 @@ pub struct Joint {
 }
 
 /// Fewest and most rounds, of one step each after the first; after each round the noise is
-/// estimated from the residuals. Chosen.
+/// estimated from the residuals. Chosen: rounds end as soon as no frame moves; fewer leave long
+/// loops unsolved, more take time.
 const ROUNDS: (usize, usize) = (3, 12);
-/// Every how many surfels are used in the first round, which later ones correct. Chosen (speed).
+/// Every how many surfels are used in the first round, which later ones correct. Chosen: more of
+/// them take time, fewer start the later rounds from farther away.
 const FIRST: usize = 4;
-/// Surfels are linked again when a frame has moved by more than this share of a cube. Chosen.
+/// Surfels are linked again when a frame has moved by more than this share of a cube. Chosen: lower
+/// links more often, which takes time; higher keeps patches at the wrong surfels.
 const MOVED: f64 = 0.1;
-/// Approximate number of points in which the floor is searched. Chosen.
+/// Approximate number of points in which the floor is searched. Chosen: fewer fit it worse, more
+/// take time.
 const POINTS: usize = 20_000;
 /// Parts in which observations are summed, fixed so that the result does not depend on the number
 /// of threads.
 const PARTS: usize = 4;
-/// Standard deviation of a frame's own offset about the common one, in m. Chosen.
+/// Standard deviation of a frame's own offset about the common one, in m. Chosen: lower leaves
+/// offsets in the poses, higher lets offsets take up errors of the poses.
 const OWN_OFFSET_M: f64 = 0.001;
-/// Prior standard deviation of a frame's motion from its registered pose, in m and radians. Chosen.
+/// Prior standard deviation of a frame's motion from its registered pose, in m and radians. Chosen
+/// far beyond the errors of registration, so that it decides only where no surfel does: lower holds
+/// frames where they were laid.
 const LAID: f64 = 0.05;
-/// A common offset of more standard deviations ([`OFFSET_M`]) is rejected. Chosen.
+/// A common offset of more standard deviations ([`OFFSET_M`]) is rejected: 15 mm, more than the
+/// largest there. Chosen: lower rejects cameras that are far off, higher takes a distorted lens for
+/// an offset.
 const BELIEVED: f64 = 2.5;
 /// Weight that fixes the first frame.
 const HELD: f64 = 1e12;

@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use super::motion::Motion;
 use super::patches::Patch;
 
-/// Most frames with patches; beyond, every second one is dropped. Chosen (time and memory).
+/// Most frames with patches; beyond, every second one is dropped. Chosen: the solution takes time
+/// with the cube of their number (7 unknowns each); of fewer, more are registered afterwards.
 const MOST: usize = 64;
 
 /// A patch in compact form, with a resolution of 1/8 µm.

@@ -31,10 +31,11 @@ pub(crate) struct Model {
 }
 
 /// Least length of the mean normal in a cube; if it is shorter, the cube holds an edge and has no
-/// surfel. Chosen.
+/// surfel. Chosen: two faces at a right angle have 0.71 (closed form: √½); higher loses noisy
+/// surfaces.
 const AGREEING: f64 = 0.8;
 /// Two surfels nearer than this share of a cube's width are one, split by a face between cubes.
-/// Chosen.
+/// Chosen: lower leaves surfaces double, higher drops true neighbours, a width apart.
 const APART: f64 = 0.6;
 
 impl Model {

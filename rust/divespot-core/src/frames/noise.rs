@@ -24,13 +24,16 @@ impl Default for Noise {
     }
 }
 
-/// Smallest and largest exponent of the range; a frame may show only one range. Chosen.
+/// Smallest and largest exponent of the range; a frame may show only one range. Chosen around 2,
+/// that of stereo (closed form): narrower refuses cameras, wider lets chance decide far ranges.
 const POWERS: (f64, f64) = (0.0, 3.0);
 /// Smallest noise, in m: a tenth of the step of depths in mm.
 const LEAST_M: f64 = 1e-4;
-/// Fewest samples of a class. Chosen.
+/// Fewest samples of a class. Chosen: their standard deviation, from the median absolute value, is
+/// then known to a sixth (closed form: 1 / √(2 · 0.37 · 50)).
 const FEWEST: usize = 50;
-/// Classes of range within the frame's span. Chosen.
+/// Classes of range within the frame's span. Chosen: two exponents need a few; more hold too few
+/// samples each.
 const CLASSES: usize = 8;
 /// Variance of a second difference of three values, in variances of one: 1 + 4 + 1.
 const SECOND: f64 = 6.0;
@@ -69,7 +72,8 @@ pub struct NoiseTable {
     tilted: Vec<f64>,
 }
 
-/// Step of range in m, number of steps, and number of steps of the cosine from 0 to 1. Chosen.
+/// Step of range in m, number of steps, and number of steps of the cosine from 0 to 1. Chosen: from
+/// 0.5 m on, the table is off by at most 1 % (closed form: half a step, squared law), up to 10 m.
 const STEP_M: f64 = 0.005;
 const STEPS: usize = 2048;
 const COSINES: usize = 128;
@@ -157,7 +161,8 @@ fn classed(samples: &[Sample]) -> Vec<[f64; 3]> {
 /// The power law fitted to the classes; exponents that they do not determine are the default's.
 fn fitted(classes: &[[f64; 3]]) -> Noise {
     let usual = Noise::default();
-    // A weak prior on the default exponents decides if all classes are at one range. Chosen.
+    // A weak prior on the default exponents decides if all classes are at one range. Chosen, in
+    // weights of a class: lower lets their noise decide then, higher outweighs what ranges show.
     let pull = 0.05;
     let mut normal = nalgebra::Matrix3::<f64>::zeros();
     let mut right = nalgebra::Vector3::<f64>::zeros();

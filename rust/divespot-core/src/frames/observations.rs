@@ -8,10 +8,11 @@ use super::links::{Link, Sight};
 use super::normal_equations::{Row, WIDTH};
 use super::state::{ALIKE, State};
 
-/// Residuals of more standard deviations lose weight. Chosen.
+/// Residuals of more standard deviations lose weight. Chosen: of normal errors 1 in 370; lower
+/// wastes sound observations, higher lets wrong links pull.
 const HUBER: f64 = 3.0;
 /// Largest distance of a floor's surfel from its plane, as a share of the range, and least cosine
-/// of its angle to it: 10°. Chosen.
+/// of its angle to it: 10°. Chosen: lower loses uneven floors, higher flattens the toes of piles.
 const FLOOR: f64 = 0.015;
 pub(super) const LEVEL: f64 = 0.985;
 

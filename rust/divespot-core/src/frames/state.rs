@@ -11,12 +11,14 @@ use super::track::Tracker;
 /// Standard uncertainty of a depth camera's range offset, in m: about half the 11 mm that Microsoft
 /// gives as the largest.
 pub(super) const OFFSET_M: f64 = 0.006;
-/// The floor's unevenness is correlated over this share of the range. Chosen.
+/// The floor's unevenness is correlated over this share of the range. Chosen: shorter takes waves
+/// of the floor for independent errors, longer leaves too few places to tell them from.
 pub(super) const ALIKE: f64 = 0.2;
-/// Initial standard deviation of surfels beyond their pixels' noise, in m. Chosen.
+/// Initial standard deviation of surfels beyond their pixels' noise, in m. Chosen: the first round
+/// replaces it by an estimate.
 const UNEXPLAINED_M: f64 = 3e-4;
 /// Largest distance of a patch from its surfel along the normal, as a share of a cube's width, in
-/// the first and in later rounds. Chosen.
+/// the first and in later rounds. Chosen: lower loses frames laid badly, higher links two surfaces.
 const ALONG: f64 = 0.5;
 const SETTLED: f64 = 0.2;
 

@@ -25,15 +25,18 @@ pub struct Averaged {
 }
 
 /// Largest distance of a range from the one voted for on the same surface, in standard deviations
-/// of a pixel: four, times √2 for a difference, times 1.5 for surfaces noisier than most. Chosen.
+/// of a pixel: four, times √2 for a difference, times 1.5 for surfaces noisier than most. Chosen:
+/// lower drops dark surfaces, higher mixes movers in.
 const SAME: f64 = 4.0 * std::f64::consts::SQRT_2 * 1.5;
-/// Least share of the frames in which a pixel saw its surface. Chosen.
+/// Least share of the frames in which a pixel saw its surface. Chosen: lower keeps what passed
+/// through the view, higher loses dark surfaces.
 const SEEN: f64 = 0.3;
 /// Integer units of range in 1 m.
 const PARTS: f64 = 65_536.0;
 /// Pixels for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
-/// Approximate number of pixels whose deviation between frames is measured. Chosen.
+/// Approximate number of pixels whose deviation between frames is measured. Chosen: a frame's
+/// offset, their median, is then known to 2 % of a pixel's noise (closed form: 1.25 / √4000).
 const LOOKED_AT: usize = 4000;
 
 /// A pixel of a camera that does not move.

@@ -6,7 +6,8 @@ use super::kriging::Footprint;
 use super::window::{Window, Zone};
 use crate::count::to_f64;
 
-/// Most places of a footprint over which the base's mean is formed. Chosen: it bounds the time.
+/// Most places of a footprint over which the base's mean is formed. Chosen: it bounds the time;
+/// fewer sample the base more roughly.
 const PLACES: usize = 300;
 
 /// The middle of an object's core, and the seen cells of its annulus.

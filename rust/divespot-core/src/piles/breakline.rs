@@ -11,17 +11,21 @@ use super::nodes::{Nodes, without};
 use crate::material::GENTLE;
 use crate::robust::scale;
 
-/// Directions of the lines that are tried first, and places for each. Chosen: the refinement starts
-/// from the best.
+/// Directions of the lines that are tried first, 10° apart, and places for each. Chosen: the
+/// refinement starts from the best; fewer start it in the wrong valley, more take time.
 const DIRECTIONS: u32 = 18;
 const PLACES: u32 = 16;
-/// Rounds of refinement; each halves the steps in place and angle. Chosen.
+/// Rounds of refinement; each halves the steps in place and angle. Chosen: down to 0.16° and a
+/// thousandth of the annulus (closed form: 10° / 2⁶, 1 / (16 · 2⁶)).
 const ROUNDS: usize = 6;
-/// Iterations between the line, fitted to single cells, and the rest, fitted to nodes. Chosen.
+/// Iterations between the line, fitted to single cells, and the rest, fitted to nodes. Chosen: one
+/// leaves the line where the nodes put it, a node's width off; more take time.
 const SETTLINGS: usize = 2;
-/// The smallest share of the annulus on either side of a line. Chosen.
+/// The smallest share of the annulus on either side of a line. Chosen: lower fits a step to a few
+/// cells at the rim, higher misses breaks that touch a pile's edge.
 const LEAST_SIDE: f64 = 0.1;
-/// Cut-off for outliers, in standard deviations. Chosen.
+/// Cut-off for outliers, in standard deviations. Chosen: of normal errors 1 in 16,000 is beyond;
+/// lower hides the break itself, higher lets one outlier place it.
 const STRAY: f64 = 4.0;
 
 /// The sum of squares left by a breakline is at most this share of that left by a smoothly bent

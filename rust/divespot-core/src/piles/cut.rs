@@ -8,7 +8,8 @@ use super::coverage::Coverage;
 use super::window::Window;
 use crate::count::to_f64;
 
-/// Whole cells are looked for within this many columns and rows. Chosen.
+/// Whole cells are looked for within this many columns and rows. Chosen: fewer find none in a
+/// corner, more take counts from where the scan is denser or thinner.
 const NEAR: usize = 3;
 
 /// Counts every cell at the scan's edge by its share of the points in whole cells around it;

@@ -20,12 +20,14 @@ use crate::material::NEVER_STEEPER;
 use crate::near_plane::{near_plane, places_about, value};
 use crate::robust::{median, scale};
 
-/// The pile's plane is fitted to its cells within this many columns and rows. Chosen.
+/// The pile's plane is fitted to its cells within this many columns and rows. Chosen: fewer follow
+/// noise, more round off the pile before the wall.
 const SUPPORT: usize = 5;
 /// Largest scatter of a face's points, as a share of a cell's width, with which the face may clip
 /// cells that look like the pile's surface. Chosen on the scenes of `divespot evaluate`.
 const SHARP: f64 = 0.5;
-/// A face leans if its lean is significant by this many standard deviations. Chosen.
+/// A face leans if its lean is significant by this many standard deviations. Chosen: lower leans
+/// upright walls by their noise, higher makes leaning ones upright.
 const SIGMAS: f64 = 3.0;
 /// A face that leans by fewer cells over its height is an upright one, rounded off by
 /// photogrammetry. Chosen on the scenes of `divespot evaluate`.
@@ -34,7 +36,7 @@ const LEANING: f64 = 2.1;
 /// triangular distribution about its middle (GUM 4.3.9), 1/√24.
 const ROUNDED: f64 = 0.204;
 /// Share of the wall's height, from below, whose points are taken for the face: those on its top
-/// are not on the face. Chosen: half.
+/// are not on the face. Chosen: half; lower leaves few points, higher takes in a rounded top.
 const LOWER: f64 = 0.5;
 
 /// The pile, continued to the faces of the walls it leans on.

@@ -9,7 +9,8 @@ use crate::extent;
 use crate::heightmap::Grid;
 use crate::material::NEVER_STEEPER;
 
-/// Largest distance of a face from the last cell with only the pile's points, in cells. Chosen.
+/// Largest distance of a face from the last cell with only the pile's points, in cells. Chosen: one
+/// or two hold points of both; less leaves a gap to the wall, more takes the next wall's points.
 pub(super) const BEYOND: usize = 3;
 /// Cells of a square with the half-width [`GAP`].
 const WIDE: usize = (2 * GAP + 1) * (2 * GAP + 1);

@@ -16,13 +16,14 @@ use crate::{Bounds, Point};
 /// The top is flat if this share of the object's cells lies within the margin of a plane. Chosen on
 /// the scenes of `divespot evaluate`.
 const FLAT: f64 = 0.5;
-/// Iterations of the plane fit. The first plane is level; a top slopes by a few margins at most.
-/// Chosen.
+/// Iterations of the plane fit. Chosen: the first plane is level, and a top slopes by a few margins
+/// at most; fewer end before the plane lies on the top.
 const FITS: usize = 4;
 /// A cell is wholly on the top if it and its neighbours hold this share of the typical number of
 /// points. At a straight edge along the cells, the cell inside the edge does (6 of 9 cells).
 const INSIDE: f64 = 2.0 / 3.0;
-/// Cells wholly on the top are looked for within this many columns and rows. Chosen.
+/// Cells wholly on the top are looked for within this many columns and rows. Chosen: fewer find
+/// none on narrow tops, more take the density of other parts.
 const NEAR: usize = 3;
 /// Standard uncertainty of the edge, as a share of the distance between the top's edge and the one
 /// found by height: a rectangular distribution (GUM 4.3.7), 1/√12.

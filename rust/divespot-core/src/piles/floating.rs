@@ -14,7 +14,8 @@ use crate::heightmap::Grid;
 /// evaluate`.
 const BELOW: f64 = 0.5;
 /// A point of the surface is below an object if it is lower than this share of the object's height
-/// there. Chosen.
+/// there. Chosen: half way up; lower keeps floating things, higher takes a box's own sides for the
+/// surface below.
 const LOWER: f64 = 0.5;
 
 /// Gives the reason to every object that floats above the surface.

@@ -17,11 +17,12 @@ use crate::count::to_f64;
 use crate::harmonic::Harmonic;
 use crate::robust::median;
 
-/// Most half waves across the domain. Shorter undulations, within an object's width, are not a
-/// floor's. Chosen.
+/// Most half waves across the domain. Chosen: shorter undulations, within an object's width, are
+/// not a floor's; fewer leave true ones out, twice take four times the modes.
 const HIGHEST: usize = 6;
-/// Width of the domain relative to the seen ground, so that the cosines' zero slope at its border
-/// does not matter. Chosen.
+/// Width of the domain relative to the seen ground, an eighth beyond it on either side, so that the
+/// cosines' zero slope at its border does not matter. Chosen: 1 flattens the ground at its rim,
+/// more spends modes where nothing is.
 const WIDER: f64 = 1.25;
 /// Correlation lengths of the undulations, in edges of a square as large as the object. Chosen on
 /// the scenes of `divespot evaluate`.

@@ -33,7 +33,7 @@ const NOTHING: &str = "lies where the scan saw nothing: a place inside the scan 
 /// Distances, in cells, at which the nearest surface is looked for, in this order.
 const NEAREST: [usize; 6] = [1, 2, 4, 8, 16, 32];
 /// From this many cells away, the seen surface says nothing of an unseen cell. Chosen: it bounds
-/// the time.
+/// the time; lower tells too small an uncertainty of wide gaps.
 const FARTHEST: u32 = 200;
 /// An area in plan: counter-clockwise lines around it, clockwise lines around its holes.
 #[derive(Debug, Clone, PartialEq)]

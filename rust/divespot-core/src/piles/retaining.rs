@@ -13,7 +13,8 @@ use crate::near_plane::{near_plane, places_about};
 /// Fewest cells across which the surface drops, for a retaining wall. Chosen on the scenes of
 /// `divespot evaluate`.
 const RETAINED: usize = 8;
-/// The surface before a wall is fitted to its cells within this many columns and rows. Chosen.
+/// The surface before a wall is fitted to its cells within this many columns and rows. Chosen:
+/// fewer follow noise, more reach past the foot of what lies there.
 const SUPPORT: usize = 4;
 /// Largest thickness of a wall, in cells. Chosen on the scenes of `divespot evaluate`.
 const WIDEST: isize = 12;

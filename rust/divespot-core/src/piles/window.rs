@@ -70,7 +70,8 @@ pub(crate) struct Reach {
 /// object. Ground farther off is correlated less with that below the object than steps between
 /// frames disturb it. Chosen on the scenes of `divespot evaluate`.
 const WAVES_SHARE: f64 = 1.0;
-/// Least width of the annulus, in steps. Chosen.
+/// Least width of the annulus, in steps. Chosen: less leaves small piles too little ground, more
+/// reaches their neighbours.
 const FEWEST_STEPS: u32 = 3;
 
 impl Reach {

@@ -18,19 +18,24 @@ use crate::hypotenuse::Hypotenuse;
 use crate::material::NEVER_STEEPER;
 use crate::robust::median;
 
-/// Fewest cells of a board with an occluded side. Chosen.
+/// Fewest cells of a board with an occluded side. Chosen: fewer may be the top of any shadowed
+/// heap, more loses short boards.
 const FEWEST: usize = 5;
 /// Share of its whole drop by which a wall's face drops within two cells of its upper edge. Chosen
 /// on the scenes of `divespot evaluate`.
 const AT_ONCE: f64 = 0.8;
-/// Distance from a face's upper edge to its foot, in cells. Chosen.
+/// Distance from a face's upper edge to its foot, in cells. Chosen: nearer cells hold points of the
+/// face, farther ones leave what is before it.
 const FOOT: isize = 4;
 /// A cell is the top of a face, not its foot, if its mean height is above this share of the face.
-/// Chosen: half.
+/// Chosen: half way up; lower takes feet for tops, higher loses tops with points of the face in
+/// them.
 const ON_TOP: f64 = 0.5;
-/// Allowance for the cells before a board through which its face runs, in cells. Chosen.
+/// Allowance for the cells before a board through which its face runs, in cells: one, and half a
+/// one for where it runs. Chosen: less loses boards, more thickens walls.
 const FRONT: f64 = 1.5;
-/// Most cells of a wall's face, in a row across it, that hold points at all heights. Chosen.
+/// Most cells of a wall's face, in a row across it, that hold points at all heights. Chosen: an
+/// upright face touches two; more takes slopes for faces.
 const MIXED: isize = 2;
 
 /// Removes the walked cells that are boards, and returns them. `ground` cells with an occluded side

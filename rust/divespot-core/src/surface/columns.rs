@@ -11,14 +11,16 @@ use crate::robust::median;
 /// Points for a thread at a time. Decides no answer.
 const CHUNK: usize = 1 << 13;
 
-/// Width of the blocks in which points are counted, in cells. Chosen.
+/// Width of the blocks in which points are counted, in cells. Chosen: smaller ones are filled by
+/// one pile's density, larger ones even out a scan that thins with range.
 const BLOCK: usize = 8;
 /// A surface holds at least this share of the typical number of points of the cells around: either
 /// the sensor sees most of a cell's surface, or it sees something in front of it. Chosen on the
 /// scenes of `divespot evaluate`.
 const LEAST: f64 = 0.25;
 /// Points on this many scan lines or more above a surface may be a face. The lowest of them is then
-/// at most `WIDER` line spacings above the surface. Chosen.
+/// at most `WIDER` line spacings above the surface. Chosen: fewer lines take two outliers for a
+/// face, more lose low walls.
 const LINES: usize = 3;
 const WIDER: f64 = 1.5;
 

@@ -26,7 +26,8 @@ use super::levels::{Levels, NONE};
 /// or this share of a cell's width, whichever is more. Chosen on the scenes of `divespot evaluate`.
 const SIGMAS: f64 = 8.0;
 const CELLS: f64 = 0.25;
-/// The slope of a face is measured over this many cells. Chosen.
+/// The slope of a face is measured over this many cells. Chosen: over fewer, the noise of a cell is
+/// a slope; over more, low faces run into their feet.
 const FACE: usize = 3;
 
 /// The hills on the ground.
