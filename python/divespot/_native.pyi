@@ -228,15 +228,19 @@ _Measuring: TypeAlias = tuple[
     int, float, float, tuple[float, float, float], tuple[int, int], Sequence[RawBase | None], int
 ]
 
+_FoundArrays: TypeAlias = tuple[
+    NDArray[np.int32],
+    NDArray[np.bool_],
+    NDArray[np.float64],
+    NDArray[np.bool_],
+    NDArray[np.bool_],
+]
+
 def measure_objects(
     heights_m: NDArray[np.float64],
     origin_m: Sequence[float],
     cell_m: float,
-    labels: NDArray[np.int32],
-    ground: NDArray[np.bool_],
-    points: NDArray[np.float64],
-    is_on: NDArray[np.bool_],
-    is_apart: NDArray[np.bool_],
+    found: _FoundArrays,
     measuring: _Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 
@@ -254,11 +258,7 @@ def measure_inside(
     origin_m: Sequence[float],
     cell_m: float,
     regions: Sequence[Sequence[Sequence[Sequence[float]]]],
-    labels: NDArray[np.int32],
-    ground: NDArray[np.bool_],
-    points: NDArray[np.float64],
-    is_on: NDArray[np.bool_],
-    is_apart: NDArray[np.bool_],
+    found: _FoundArrays,
     measuring: _Measuring,
 ) -> tuple[list[RawObject], NDArray[np.float64]]: ...
 def first_crossing(line: NDArray[np.float64]) -> int | None: ...

@@ -36,9 +36,7 @@ def with_holes(measured: Measured, grid: HeightMap, bases: Bases, settings: Sett
         -grid.heights_m,
         grid.origin_m,
         grid.cell_m,
-        labels,
-        below.is_ground,
-        *nowhere,
+        (labels, below.is_ground, *nowhere),
         measuring(grid, own, settings),
     )
     holes = [item.as_hole() for item in found if item.reason not in NONE]

@@ -29,6 +29,13 @@ if TYPE_CHECKING:
     from divespot.stages import Stages
     from divespot.surface import Surface
 
+    Found: TypeAlias = tuple[
+        NDArray[np.int32],
+        NDArray[np.bool_],
+        NDArray[np.float64],
+        NDArray[np.bool_],
+        NDArray[np.bool_],
+    ]
     Measuring: TypeAlias = tuple[
         int,
         float,
@@ -164,19 +171,17 @@ def measure_objects(
         grid.heights_m,
         grid.origin_m,
         grid.cell_m,
-        labels,
-        _is_ground(labels, bases),
-        surface.points,
-        surface.is_on,
-        surface.is_apart,
+        _found(labels, bases, surface),
         measuring(grid, bases, settings),
     )
     return Measured(*found, tuple(bases.compared))
 
 
-def _is_ground(labels: NDArray[np.int32], bases: Bases) -> NDArray[np.bool_]:
+def _found(labels: NDArray[np.int32], bases: Bases, surface: Surface) -> Found:
+    """Return what was found in a height map, as the kernel takes it."""
     is_ground = bases.ground.is_ground
-    return labels < 0 if is_ground is None else is_ground
+    ground = labels < 0 if is_ground is None else is_ground
+    return labels, ground, surface.points, surface.is_on, surface.is_apart
 
 
 def measure_regions(
@@ -197,11 +202,7 @@ def measure_regions(
             grid.origin_m,
             grid.cell_m,
             rings,
-            labels,
-            _is_ground(labels, bases),
-            surface.points,
-            surface.is_on,
-            surface.is_apart,
+            _found(labels, bases, surface),
             measuring(grid, bases, settings),
         )
     except DivespotError as error:

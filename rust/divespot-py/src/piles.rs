@@ -179,34 +179,33 @@ fn measured<'py>(
     Ok((objects.into_iter().map(RawObject::from).collect(), base_m))
 }
 
+/// Labels and marks of ground of the cells; points, which are on the surface, and which are apart.
+type FoundArrays<'py> = (
+    ReadonlyArray1<'py, i32>,
+    ReadonlyArray1<'py, bool>,
+    ReadonlyArray2<'py, f64>,
+    ReadonlyArray1<'py, bool>,
+    ReadonlyArray1<'py, bool>,
+);
+
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // one for each of the things that were found
 pub(crate) fn measure_objects<'py>(
     py: Python<'py>,
     heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
-    labels: ReadonlyArray1<'py, i32>,
-    ground: ReadonlyArray1<'py, bool>,
-    points: ReadonlyArray2<'py, f64>,
-    is_on: ReadonlyArray1<'py, bool>,
-    is_apart: ReadonlyArray1<'py, bool>,
+    found: FoundArrays<'py>,
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
-    let found = found_from(&labels, &ground, &points, &is_on, &is_apart)?;
+    let found = found_from(&found)?;
     let settings = settings_of(measuring);
     measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
 }
 
 /// The points are borrowed, since nothing else holds them.
-fn found_from<'a>(
-    labels: &ReadonlyArray1<'_, i32>,
-    ground: &ReadonlyArray1<'_, bool>,
-    points: &'a ReadonlyArray2<'_, f64>,
-    is_on: &'a ReadonlyArray1<'_, bool>,
-    is_apart: &ReadonlyArray1<'_, bool>,
-) -> PyResult<Found<'a>> {
+fn found_from<'a>(found: &'a FoundArrays<'_>) -> PyResult<Found<'a>> {
+    let (labels, ground, points, is_on, is_apart) = found;
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground: Vec<bool> = ground.as_array().iter().copied().collect();
     let all = points.as_slice()?.as_chunks::<3>().0;
@@ -252,23 +251,18 @@ pub(crate) fn measure_difference<'py>(
 
 /// As `measure_objects`, inside outlines; for each region the lines around it, then its holes.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // one for each of the things that were found
 pub(crate) fn measure_inside<'py>(
     py: Python<'py>,
     heights_m: ReadonlyArray2<'py, f64>,
     origin_m: [f64; 2],
     cell_m: f64,
     regions: Vec<Vec<Vec<[f64; 2]>>>,
-    labels: ReadonlyArray1<'py, i32>,
-    ground: ReadonlyArray1<'py, bool>,
-    points: ReadonlyArray2<'py, f64>,
-    is_on: ReadonlyArray1<'py, bool>,
-    is_apart: ReadonlyArray1<'py, bool>,
+    found: FoundArrays<'py>,
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let regions: Vec<Region> = regions.into_iter().map(|rings| Region { rings }).collect();
-    let found = found_from(&labels, &ground, &points, &is_on, &is_apart)?;
+    let found = found_from(&found)?;
     let settings = settings_of(measuring);
     measured(py, &map, || {
         piles::measure_inside(&map.grid, &map.heights_m, &regions, &found, &settings)
