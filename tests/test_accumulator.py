@@ -118,7 +118,7 @@ def test_what_cannot_be_added_is_refused() -> None:
         Accumulator(1.0).add([[1.0, 2.0]])
     with pytest.raises(DivespotError, match="a larger voxel_m"):
         Accumulator(1e-9).add([[1e6, 0.0, 0.0]])
-    with pytest.raises(DivespotError, match="other voxels cannot be merged"):
+    with pytest.raises(DivespotError, match="accumulators of other voxels were given: the same"):
         Accumulator(1.0).merge(Accumulator(2.0))
     with pytest.raises(TypeError, match="Accumulator is needed"):
         Accumulator(1.0).merge(b"")  # type: ignore[arg-type]

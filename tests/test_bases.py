@@ -253,7 +253,9 @@ def test_a_height_across_the_ground_is_refused() -> None:
 
 def test_bases_are_saved_where_they_can_be(tmp_path: Path) -> None:
     report = divespot.measure(cone())
-    with pytest.raises(DivespotError, match=r"a base is saved as one of \.ply, \.npy, \.xyz"):
+    with pytest.raises(
+        DivespotError, match=r"one of \.ply, \.npy, \.xyz is needed as the ending of a base"
+    ):
         divespot.save_base(report, tmp_path / "base.las")
     with pytest.raises(DivespotError, match="cannot be written"):
         divespot.save_base(report, tmp_path / "none" / "base.ply")

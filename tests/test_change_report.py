@@ -140,7 +140,7 @@ def test_a_comparison_is_told_in_a_few_lines() -> None:
     told = repr(compared()).splitlines()
     assert told[0].startswith("<Comparison of an array and an array: 3 places, ")
     assert [line.split(":")[0].strip() for line in told[1:]] == ["gain", "loss", "net"]
-    with pytest.raises(DivespotError, match="a comparison is saved as one of"):
+    with pytest.raises(DivespotError, match="is needed as the ending of a comparison"):
         compared().save("a.xyz")
 
 

@@ -217,14 +217,14 @@ def test_help_lists_what_unit_and_up_take() -> None:
 def test_an_option_of_the_paper_needs_its_preset(heap: Path) -> None:
     result = run("measure", heap, "--window", "3")
     assert result.exit_code == 2
-    assert "--window is of the paper's method: it needs --preset paper" in result.stderr
+    assert "--window is of the paper's method: --preset paper is needed" in result.stderr
 
 
 def test_an_option_that_is_gone_says_where_it_went(heap: Path) -> None:
     for option in ("--method", "--alpha", "--slice-m"):
         result = run("measure", heap, option, "hull")
         assert result.exit_code == 2
-        assert "divespot.volume.volumes_m3 takes it" in result.stderr
+        assert "divespot.volume.volumes_m3 is needed" in result.stderr
     assert "No such option" in run("measure", heap, "--methods", "hull").stderr
 
 
@@ -441,7 +441,7 @@ def test_simulate_lists_and_refuses(tmp_path: Path) -> None:
     assert [line.split()[0] for line in listed] == list(NAMES)
     assert "shape-01" in one_line(run("simulate", "shape-99", "-o", tmp_path / "x.ply"))
     bad = ("simulate", "shape-01", "--density", "0.01", "-o")
-    assert "extension" in one_line(run(*bad, tmp_path / "x.stl"))
+    assert "is needed as the ending" in one_line(run(*bad, tmp_path / "x.stl"))
     assert "density" in one_line(run("simulate", "shape-01", "-o", "x.ply", "--density", "0"))
 
 

@@ -368,7 +368,7 @@ def test_bad_lists_are_named(tmp_path: Path, text: str, sentence: str) -> None:
 
 
 def test_a_list_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(DivespotError, match="the list of scans cannot be read"):
+    with pytest.raises(DivespotError, match="a list of scans is needed"):
         read_list(tmp_path / "none.csv", Settings())
 
 

@@ -243,7 +243,7 @@ def test_frames_merge_in_any_order_to_the_same_bits(rail: SimulatedFrames) -> No
         (np.zeros((3, 4, 4), complex), {}, "complex"),
         (np.ones((1, 9, 9)), {"depth_kind": "round"}, "planar or radial"),
         (np.ones((1, 9, 9)), {"depth_scale": -1.0}, "depth_scale is -1.0"),
-        (np.ones((1, 9, 9)), {"exact_poses": True}, "needs poses"),
+        (np.ones((1, 9, 9)), {"exact_poses": True}, "poses are needed with it"),
         (np.ones((1, 9, 9)), {"poses": np.eye(4)}, r"shape \(4, 4\)"),
         (np.ones((2, 9, 9)), {"poses": np.eye(4)[None]}, "1 poses for 2 frames"),
         (np.ones((1, 9, 9)), {"poses": np.ones((1, 4, 4))}, "no rigid motion"),

@@ -95,12 +95,12 @@ def test_poses_of_clouds_are_in_the_axes_of_the_clouds(
 
 def test_what_is_no_sequence_of_clouds_is_refused(rail: SimulatedFrames, tmp_path: Path) -> None:
     scattered(tmp_path / "0.ply", clouds(rail)[0], 0)
-    with pytest.raises(DivespotError, match="need no intrinsics"):
+    with pytest.raises(DivespotError, match="images are needed for those"):
         fuse(tmp_path, rail.matrix)
-    with pytest.raises(DivespotError, match="need no intrinsics"):
+    with pytest.raises(DivespotError, match="images are needed for those"):
         fuse(tmp_path, depth_scale=0.001)
     (tmp_path / "1.las").write_bytes(b"LASF")
-    with pytest.raises(DivespotError, match=r"a sequence needs \.pcd or \.ply"):
+    with pytest.raises(DivespotError, match=r"a sequence of \.pcd or \.ply only"):
         fuse([tmp_path / "0.ply", tmp_path / "1.las"])
     io.write(tmp_path / "2.ply", np.eye(3))
     with pytest.raises(DivespotError, match="3 points"):

@@ -193,7 +193,7 @@ def test_folders_lists_and_stacks_hold_the_same_frames(tmp_path: Path) -> None:
     ("name", "data", "words"),
     [
         ("f.png", b"\x89PNG\r\n\x1a\n....", "damaged|cannot be read"),
-        ("f.jpg", b"", "a frame is one of"),
+        ("f.jpg", b"", "is no frame: depth of 16 bits"),
         ("f.npy", b"x", "no array"),
     ],
 )

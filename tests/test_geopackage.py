@@ -80,7 +80,7 @@ def test_what_divespot_did_not_write_is_kept(tmp_path: Path) -> None:
     with pytest.raises(DivespotError, match="divespot did not write"):
         measured().save(path)
     assert path.read_bytes() == before
-    with pytest.raises(DivespotError, match=r"ends in \.gpkg"):
+    with pytest.raises(DivespotError, match=r"one of \.gpkg is needed"):
         save_gpkg(measured(), tmp_path / "a.geojson")
     refused = CliRunner().invoke(main, ["measure", "a.ply", "--gpkg", "b.shp"])
     assert refused.exit_code == 2

@@ -107,7 +107,9 @@ def test_an_offset_that_is_exact_changes_no_height() -> None:
 
 @pytest.mark.parametrize("name", sorted(NOTHING))
 def test_no_points_are_refused(name: str) -> None:
-    with pytest.raises(DivespotError, match=r"0 usable points .* a height map needs at least 1"):
+    with pytest.raises(
+        DivespotError, match=r"0 usable points .* at least 1 are needed for a height map"
+    ):
         divespot.height_map(CASES[name], 0.1)
 
 

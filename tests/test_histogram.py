@@ -95,7 +95,10 @@ def test_a_floor_without_noise_is_exact() -> None:
         ({"window": 2.5}, "window is 2.5: a whole number"),
         ({"rule": "best"}, "rule is 'best': 'first', 'lower' or 'midpoint' is needed"),
         ({"lower_fraction": 0.0}, "lower_fraction is 0: a number above 0 and up to 1 is needed"),
-        ({"heights_m": []}, r"0 usable points were given: a height histogram needs at least 1"),
+        (
+            {"heights_m": []},
+            r"0 usable points were given: at least 1 are needed for a height histogram",
+        ),
         ({"heights_m": [np.nan]}, r"0 usable points"),
         ({"heights_m": np.zeros((3, 3))}, r"heights_m have shape \(3, 3\) .* shape \(n,\)"),
         ({"heights_m": ["a"]}, r"heights_m have shape \(1,\) and dtype <U1"),

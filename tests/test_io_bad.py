@@ -290,10 +290,10 @@ def test_garbage_after_a_good_beginning(
     [
         ("a.ply", np.zeros((3, 2)), r"float64 of shape \(3, 2\)"),
         ("a.ply", np.zeros((3, 3), complex), "complex128"),
-        ("a.stl", POINTS, "unknown extension: one of .ply"),
+        ("a.stl", POINTS, "one of .ply, .npy, .xyz, .las, .laz is needed"),
         ("none/a.npy", POINTS, "cannot be written"),
         ("a.las", POINTS, "cannot hold nan"),
-        ("a.laz", np.array([[0, 0, 0], [1e6, 0, 0]]), "cannot span"),
+        ("a.laz", np.array([[0, 0, 0], [1e6, 0, 0]]), "span 1000000 m: at most 214748 m"),
     ],
 )
 def test_what_cannot_be_written(tmp_path: Path, name: str, points: FloatArray, words: str) -> None:

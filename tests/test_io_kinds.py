@@ -362,7 +362,7 @@ def test_a_laz_without_chunks_is_called_so(tmp_path: Path) -> None:
     data = bytearray(VALID_LAS["cloud.laz"])
     at = data.index(b"laszip encoded") - 2 + 54
     struct.pack_into("<H", data, at, 1)
-    assert "not supported" in refused(tmp_path, "a.laz", bytes(data))
+    assert "a file with chunks is needed" in refused(tmp_path, "a.laz", bytes(data))
 
 
 def test_a_chunk_that_counts_otherwise_is_corrupt(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def test_a_cone_as_an_esri_grid(tmp_path: Path) -> None:
         (esri(np.ones((3, 3)))[:-5], "3 rows of 3 heights but"),
         (esri(np.ones((3, 3))).replace(b"ncols 3", b"ncols 3000000000"), "3000000000 heights"),
         (esri(np.ones((3, 3))).replace(b"ncols 3", b"ncols -3"), "-3 heights"),
-        (esri(np.ones((3, 3))).replace(b"cellsize", b"dx"), "header needs ncols"),
+        (esri(np.ones((3, 3))).replace(b"cellsize", b"dx"), "header lacks a number: ncols"),
         (esri(np.ones((3, 3))).replace(b"0.03125", b"0"), "no area"),
         (esri(np.ones((3, 3))).replace(b"0.03125", b"inf"), "no area"),
         (esri(np.ones((3, 3))).replace(b"1.0 1.0", b"1.0 1-0", 1), "is no number"),

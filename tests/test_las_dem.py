@@ -189,7 +189,7 @@ def test_a_raster_of_what_is_no_plan_is_refused(
     with pytest.raises(DivespotError, match=r"\.tif"):
         save(report, tmp_path / "a.asc")
     sideways = divespot.measure(scan("three-piles", density=0.05).points[:, [2, 0, 1]], up="x")
-    with pytest.raises(DivespotError, match="no plan"):
+    with pytest.raises(DivespotError, match="are needed for a raster"):
         save(sideways, tmp_path / "a.tif")
     monkeypatch.setitem(__import__("sys").modules, "rasterio", None)
     with pytest.raises(DivespotError, match=r"pip install divespot\[raster\]"):

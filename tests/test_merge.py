@@ -96,8 +96,11 @@ def other(folder: Path, points: NDArray[np.float64], keys: dict[int, int]) -> Pa
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({1024: 1, 3072: 32633, 3076: 9001}, "EPSG:32632 and in EPSG:32633: one survey needs one"),
-        ({1024: 1, 3072: 32632, 3076: 9002}, "are in m and in ft: one survey needs one unit"),
+        (
+            {1024: 1, 3072: 32633, 3076: 9001},
+            "EPSG:32632 and in EPSG:32633: one reference system is needed",
+        ),
+        ({1024: 1, 3072: 32632, 3076: 9002}, "are in m and in ft: one unit is needed"),
         ({}, "are in m and in a unit that is not stated"),
     ],
 )

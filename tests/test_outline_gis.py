@@ -194,7 +194,7 @@ def test_a_mass_that_is_not_known_is_told_as_none(tmp_path: Path, scan: Path) ->
     cells = [cell.text for cell in Document.of(report, Survey(), 1).piles.total]
     assert "-" in cells
     assert "0 ± " not in "".join(report_table(report).lines(120))
-    with pytest.raises(DivespotError, match="needs a density"):
+    with pytest.raises(DivespotError, match="without a density: --material or --density is needed"):
         Shown.of(report, "t")
 
 

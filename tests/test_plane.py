@@ -93,8 +93,8 @@ def test_far_from_the_origin_the_plane_is_the_same() -> None:
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        (np.empty((0, 3)), "0 usable points .* a plane needs at least 3"),
-        (np.eye(3)[:2], "2 usable points .* a plane needs at least 3"),
+        (np.empty((0, 3)), "0 usable points .* at least 3 are needed for a plane"),
+        (np.eye(3)[:2], "2 usable points .* at least 3 are needed for a plane"),
         (with_holes(np.full((40, 3), np.nan)), "0 usable points"),
         (np.arange(300.0)[:, None] * [1, 2, -3], "one line"),
         (np.full((300, 3), 0.1), "one line"),

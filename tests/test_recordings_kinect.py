@@ -99,7 +99,10 @@ def test_bad_recordings_of_azure_kinect_are_refused(tmp_path: Path) -> None:
     write_mkv(path, {"DEPTH": depth})
     whole = path.read_bytes()
     cut = len(whole) - 1000
-    for length, words in ((cut, f"truncated: {cut} of {len(whole)} bytes"), (0, "damaged, or no")):
+    for length, words in (
+        (cut, f"truncated: {len(whole)} bytes are needed, {cut} are"),
+        (0, "damaged, or no"),
+    ):
         path.write_bytes(whole[:length])
         with pytest.raises(DivespotError, match=words):
             seen(Frames.of(path))

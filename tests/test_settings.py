@@ -116,12 +116,16 @@ def test_a_parameter_of_the_paper_says_where_it_is_taken(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["method", "inner_voxel_m", "slice_m", "slice_contour", "alpha_m"])
 def test_a_volume_method_says_where_it_went(name: str) -> None:
-    with pytest.raises(DivespotError, match=r"^\w+ is no .* divespot\.volume\.volumes_m3 takes it"):
+    with pytest.raises(
+        DivespotError, match=r"^\w+ is no .* divespot\.volume\.volumes_m3 is needed"
+    ):
         divespot.measure(CONE, {name: "hull"})
 
 
 def test_a_renamed_parameter_says_its_name() -> None:
-    with pytest.raises(DivespotError, match=r"^ring_share is no setting .*: annulus_share is its"):
+    with pytest.raises(
+        DivespotError, match=r"^ring_share is no setting .*: annulus_share is needed"
+    ):
         divespot.Settings.paper(ring_share=0.2)  # type: ignore[call-arg]
 
 

@@ -19,7 +19,7 @@ def test_the_spacing_is_that_of_all_positions(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(FEW))
 def test_fewer_than_five_positions_are_refused(name: str) -> None:
-    with pytest.raises(DivespotError, match=r"[01] usable points .* point spacing .* at least 5"):
+    with pytest.raises(DivespotError, match=r"[01] usable points .* at least 5 .* point spacing"):
         divespot.point_spacing(CASES[name])
 
 

@@ -138,7 +138,7 @@ def test_classes_returns_and_withheld_points_count_as_ever(kind: int, tmp_path: 
         assert scan.streamed is not None
         assert scan.streamed.points == len(held.points)
         assert set(held.warnings) < set(scan.warnings)
-    with pytest.raises(DivespotError, match="none is left, its classes are 2, 5, 7"):
+    with pytest.raises(DivespotError, match="others are needed, its classes are 2, 5, 7"):
         measure(path, classes="3")
 
 

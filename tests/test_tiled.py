@@ -184,7 +184,7 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_left() -> None:
     part.add([[1.0, 1.0, 1.0]])
     blocks.put(part.blocks())
     folder.rmdir()
-    with pytest.raises(DivespotError, match=r"cannot be \(No such file.*TMPDIR"):
+    with pytest.raises(DivespotError, match=r"cannot be kept there \(No such file.*TMPDIR"):
         blocks.load(blocks.places())
     folder = Blocks(Accumulator(0.1), (0.0, 0.0, 0.0))._folder
     assert not folder.exists()

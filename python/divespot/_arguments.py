@@ -24,7 +24,7 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[Any]:
     try:
         array = np.asarray(values)
     except (ValueError, OverflowError) as error:
-        raise DivespotError(f"{name} are no array of numbers: {error}") from None
+        raise DivespotError(f"{name} are no array ({error}): real numbers are needed") from None
     if array.dtype.kind not in "iuf":
         raise DivespotError(
             f"{name} have shape {array.shape} and dtype {array.dtype}: real numbers are needed"
@@ -49,7 +49,9 @@ def flags(name: str, values: ArrayLike) -> NDArray[np.bool_]:
     try:
         array = np.asarray(np.ma.filled(values, 0)).ravel()
     except (ValueError, OverflowError) as error:
-        raise DivespotError(f"{name} is no array: {error}") from None
+        raise DivespotError(
+            f"{name} is no array ({error}): True or False for each is needed"
+        ) from None
     if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
         raise DivespotError(f"{name} has dtype {array.dtype}: True or False for each is needed")
     return array.astype(np.bool_)

@@ -109,7 +109,9 @@ class _Maker:
     def _surface(self, path: str) -> _native.RawBase:
         grid, earlier = self.grid, self.earlier
         if earlier is None:
-            raise DivespotError(f"base surface={path}: it was not read")
+            raise DivespotError(
+                f"base surface={path}: was not read: a survey to take it from is needed"
+            )
         try:
             return _native.surface_base(
                 earlier.grid.heights_m, grid.origin_m, grid.cell_m, self.ground.noise_m

@@ -86,8 +86,8 @@ class Blocks:
                     stream.writelines(_framed(pieces))
         except OSError as err:
             raise DivespotError(
-                f"{self._folder}: the survey's voxels are kept there, about 30 bytes a point, "
-                f"and cannot be ({err.strerror}): TMPDIR names another place"
+                f"{self._folder}: the survey's voxels, about 30 bytes a point, cannot be kept "
+                f"there ({err.strerror}): another place is needed, named by TMPDIR"
             ) from None
         self._written.update(self._waiting)
         self._waiting.clear()

@@ -39,6 +39,25 @@ class NothingSeenError(DivespotError):
     status: Status = "nothing_seen"
 
 
+def damaged(what: str) -> DivespotError:
+    """Return the error of a file that does not hold what its kind holds."""
+    return DivespotError(f"{what}: an intact file is needed, not a truncated or corrupt one")
+
+
+def unreadable(path: object, error: BaseException) -> DivespotError:
+    """Return the error of a file that the system does not give."""
+    return DivespotError(f"{path}: cannot be read ({_reason(error)}): a readable file is needed")
+
+
+def unwritable(path: object, error: BaseException) -> DivespotError:
+    """Return the error of a file that the system does not take."""
+    return DivespotError(f"{path}: cannot be written ({_reason(error)}): another place is needed")
+
+
+def _reason(error: BaseException) -> object:
+    return getattr(error, "strerror", None) or error
+
+
 def printable(text: str) -> str:
     """Return text on one line, without characters that control a terminal."""
     line = _BREAKS.sub(" ", text)

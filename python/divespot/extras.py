@@ -30,5 +30,5 @@ def extra(module: str, name: str, need: str) -> Any:  # noqa: ANN401 - a module,
         return import_module(module)
     except ImportError:
         raise DivespotError(
-            f"{need}, which is not installed: pip install divespot[{name}]"
+            f"{need}, which is not installed: pip install divespot[{name}] is needed"
         ) from None

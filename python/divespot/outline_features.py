@@ -70,7 +70,7 @@ def read_features(outline: str | os.PathLike[str] | Mapping[str, Any]) -> Featur
     except (ValueError, RecursionError) as error:
         if isinstance(error, DivespotError):
             raise
-        raise DivespotError(f"is no JSON ({error})") from None
+        raise DivespotError(f"is no JSON ({error}): GeoJSON is needed") from None
     return Features(_in_json(parsed), _system(parsed))
 
 
@@ -128,7 +128,7 @@ def _by_pyogrio(path: str) -> Features:
         raise
     # pyogrio passes on exceptions of GDAL and NumPy.
     except Exception as error:  # noqa: BLE001
-        raise DivespotError(f"no outlines can be read from it ({error})") from None
+        raise DivespotError(f"no outline can be read from it ({error}): one is needed") from None
     areas = [item for item in features if item.geometry is not None]
     if not areas:
         raise DivespotError("it holds no area: a polygon or a closed line is needed")

@@ -12,7 +12,7 @@ import numpy as np
 
 from divespot import _native
 from divespot.dot import twice_area
-from divespot.errors import DivespotError, shortened
+from divespot.errors import DivespotError, shortened, unreadable
 from divespot.outline_checks import first_overlap
 from divespot.outline_features import read_features
 from divespot.outline_place import Placing
@@ -109,7 +109,7 @@ def read_regions(
         ]
         _refuse_overlap(regions)
     except OSError as error:
-        raise DivespotError(f"{path}: cannot be read ({error.strerror})") from None
+        raise unreadable(path, error) from None
     except DivespotError as error:
         raise DivespotError(f"{path}: {error}") from None
     for sentence in told:
@@ -182,7 +182,7 @@ def _positions(line: Any) -> NDArray[np.float64]:  # noqa: ANN401
     if not whole or sizes not in ({2}, {3}) or flat.size != len(rows) * sizes.pop():
         raise DivespotError("has no proper positions: two or three numbers each are needed")
     if not np.isfinite(flat).all():
-        raise DivespotError("has a position that is not finite")
+        raise DivespotError("has a position that is not finite: finite numbers are needed")
     return flat.reshape(len(rows), -1)
 
 

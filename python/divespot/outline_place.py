@@ -83,5 +83,7 @@ class Placing:
             return corners
         plan = reprojected(corners[:, :2], source, target)
         if not np.isfinite(plan).all():
-            raise DivespotError(f"does not lie where {target.name} is defined")
+            raise DivespotError(
+                f"does not lie where {target.name} is defined: a place inside is needed"
+            )
         return np.column_stack([plan, corners[:, 2:]])

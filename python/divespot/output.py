@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, unwritable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -57,7 +57,7 @@ def whole(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     try:
         target = Path(os.path.realpath(path))
     except ValueError as error:
-        raise DivespotError(f"{path}: is no path ({error})") from None
+        raise DivespotError(f"{path}: is no path ({error}): the name of a file is needed") from None
     beside = target.with_name(f".{target.name[:100]}.{secrets.token_hex(4)}.part")
     try:
         if target.exists() and not target.is_file():
@@ -70,8 +70,7 @@ def whole(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             shutil.copymode(target, beside)
         beside.replace(target)
     except OSError as error:
-        reason = error.strerror or error
-        raise DivespotError(f"{path}: cannot be written ({reason})") from None
+        raise unwritable(path, error) from None
     finally:
         with suppress(OSError):
             beside.unlink(missing_ok=True)
@@ -100,8 +99,12 @@ def append_line(path: str | os.PathLike[str], line: str) -> None:
                 file.truncate(size)
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # noqa: TRY301
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise DivespotError(f"{path}: cannot be written ({reason})") from None
+        raise unwritable(path, error) from None
+
+
+def other_ending(path: str | os.PathLike[str], what: str, endings: Iterable[str]) -> DivespotError:
+    """Return the error of a name that has not the ending of a format."""
+    return DivespotError(f"{path}: one of {', '.join(endings)} is needed as the ending of {what}")
 
 
 def _line_end(file: FileIO, size: int) -> bytes:
@@ -125,11 +128,11 @@ def require_own(
             stream.seek(max(size - _TAIL_BYTES, len(head)))
             ends = head + stream.read()
     except (OSError, ValueError) as error:
-        raise DivespotError(f"{path}: {what} cannot be written there ({error})") from None
+        raise unwritable(path, error) from None
     if ends and not kind.match(ends):
         raise DivespotError(
             f"{path}: {what} would overwrite this file, which divespot did not write as such: "
-            "give another name, or --force"
+            "another name, or --force, is needed"
         )
 
 

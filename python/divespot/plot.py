@@ -13,7 +13,7 @@ from divespot._arguments import number, require_kind
 from divespot.errors import DivespotError, shortened
 from divespot.extras import extra
 from divespot.numbers import rounded
-from divespot.output import refuse_inputs, whole
+from divespot.output import other_ending, refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.plan import INK, PILE, above_ground_m, draw_plan, top_m
 from divespot.results.show_units import Shown
@@ -136,7 +136,7 @@ def drawn_bytes(drawn: Figure, path: str | os.PathLike[str]) -> bytes:
     """Return a figure in the format of the path's ending."""
     ending = PurePath(path).suffix.lower()
     if ending not in FORMATS:
-        raise DivespotError(f"{path}: a picture is one of {', '.join(FORMATS)}")
+        raise other_ending(path, "a picture", FORMATS)
     data = BytesIO()
     about = {FORMATS[ending]: "divespot"}
     drawn.savefig(data, format=ending[1:], dpi=DPI, metadata=about)

@@ -233,7 +233,7 @@ class Report:
         """
         if self.scene is None:
             raise DivespotError(
-                "this report was read from JSON, which holds no heights: measure the scan again"
+                "this report was read from JSON, which holds no heights: a measured one is needed"
             )
         return self.scene
 

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot._arguments import require_kind
-from divespot.errors import DivespotError
 from divespot.io.write import write
-from divespot.output import refuse_inputs
+from divespot.output import other_ending, refuse_inputs
 from divespot.report import Report
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def save_base(report: Report, path: str | os.PathLike[str]) -> None:
     """
     require_kind("report", report, Report)
     if not str(path).lower().endswith(SAVED):
-        raise DivespotError(f"{path}: a base is saved as one of {', '.join(SAVED)}")
+        raise other_ending(path, "a base", SAVED)
     refuse_inputs(path, "the base", report.inputs)
     level = report.level
     x, y = level.height_map.centers_m()

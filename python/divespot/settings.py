@@ -238,11 +238,11 @@ _VOLUME = ("method", "inner_voxel_m", "slice_m", "slice_contour", "alpha_m")
 def elsewhere(name: str) -> str | None:
     """Return where a name that is no setting is accepted; None if nowhere."""
     if name in STAGE_NAMES:
-        return f"{name} is no setting of the instrument: Settings.paper({name}=...) takes it"
+        return f"{name} is no setting of the instrument: Settings.paper({name}=...) is needed"
     if name == "ring_share":
-        return "ring_share is no setting any more: annulus_share is its name"
+        return "ring_share is no setting any more: annulus_share is needed"
     if name in _VOLUME:
-        return f"{name} is no setting any more: divespot.volume.volumes_m3 takes it"
+        return f"{name} is no setting any more: divespot.volume.volumes_m3 is needed"
     return None
 
 

@@ -58,7 +58,7 @@ class Cluster:
         if address is not None:
             return cls(address, skip_damaged)
         if skip_damaged:
-            raise click.UsageError("--skip-damaged needs --scheduler", ctx)
+            raise click.UsageError("--skip-damaged was given: --scheduler is needed with it", ctx)
         return None
 
     def measured(

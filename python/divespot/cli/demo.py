@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from divespot.cli.failure import Failure
 from divespot.cli.measure import run
 from divespot.cli.options import simulation_options
 from divespot.cli.outputs import check_outputs
 from divespot.cli.screen import file_name
 from divespot.cli.simulate import simulated
 from divespot.cli.telling import show, show_warnings
+from divespot.errors import unwritable
 from divespot.output import PICTURE, POINTS
 
 if TYPE_CHECKING:
@@ -83,9 +83,7 @@ def _folder(out: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise Failure(
-            f"{file_name(folder)}: the folder cannot be made ({error.strerror})"
-        ) from None
+        raise unwritable(file_name(folder), error) from None
     return folder
 
 

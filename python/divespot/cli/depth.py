@@ -88,10 +88,13 @@ class DepthFrames:
             for name in ("depth_scale", "depth_topic", "known_poses", "exact_poses"):
                 if given[name]:
                     option = "--" + name.replace("_", "-")
-                    raise click.UsageError(f"{option} needs --intrinsics, or a recording", ctx)
+                    sentence = (
+                        f"{option} was given: --intrinsics, or a recording, is needed with it"
+                    )
+                    raise click.UsageError(sentence, ctx)
             return None
         if given["exact_poses"] and given["known_poses"] is None:
-            raise click.UsageError("--exact-poses needs --known-poses", ctx)
+            raise click.UsageError("--exact-poses was given: --known-poses is needed with it", ctx)
         return cls(**given)
 
     def takes(self, path: str) -> bool:

@@ -7,7 +7,10 @@ from typing import IO, Any
 import click
 
 from divespot.cli.screen import tell
-from divespot.errors import DivespotError, printable, shortened
+from divespot.errors import DivespotError, printable, shortened, unwritable
+
+#: What is said where memory runs out.
+TOO_LARGE = "the scan needs more memory than there is: a smaller scan, or a crop, is needed"
 
 #: Exit status that shells report for a process ended by Ctrl-C: 128 + SIGINT.
 INTERRUPTED = 130
@@ -18,7 +21,7 @@ def said(error: DivespotError | OSError) -> str:
     if isinstance(error, DivespotError):
         return str(error)
     name = "the standard output" if error.filename is None else error.filename
-    return f"{name}: cannot be written ({error.strerror or error})"
+    return str(unwritable(name, error))
 
 
 class Failure(click.ClickException):
@@ -49,6 +52,6 @@ class Guarded(click.Group):
         except OSError as error:
             raise Failure(said(error)) from None
         except MemoryError:
-            raise Failure("there is too little memory for this scan") from None
+            raise Failure(TOO_LARGE) from None
         except KeyboardInterrupt:
             ctx.exit(INTERRUPTED)

@@ -130,15 +130,16 @@ def _check_usage(
     if len(surveys) > 1 and files:
         option, count = next(iter(files)).flags[0], len(surveys)
         raise click.UsageError(
-            f"{option} needs one SCAN, {count} were given (or --merge them)", ctx
+            f"{option} and {count} SCANs were given: one SCAN is needed, or --merge", ctx
         )
     if given["status"] and given["json_file"] == STDOUT:
-        raise click.UsageError("--status needs the standard output, which --json - takes", ctx)
+        raise click.UsageError("--status and --json - were given: one of them is needed", ctx)
     if given["append"] and given["json_file"] is None and given["csv_file"] is None:
-        raise click.UsageError("--append needs --json or --csv", ctx)
+        raise click.UsageError("--append was given: --json or --csv is needed with it", ctx)
     sources = (settings.density_kg_m3, settings.material, settings.outline)
     if given["show_unit"] == "t" and all(source is None for source in sources):
-        raise click.UsageError("--show-unit t needs --material or --density", ctx)
+        sentence = "--show-unit t was given: --material or --density is needed with it"
+        raise click.UsageError(sentence, ctx)
 
 
 def _check(

@@ -56,7 +56,7 @@ def metres_or_auto(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
-        raise click.BadParameter(f"{text!r} is neither a number of metres nor auto") from None
+        raise click.BadParameter(f"{text!r}: a number of metres, or auto, is needed") from None
 
 
 def corners(text: str) -> tuple[float, ...]:
@@ -143,7 +143,7 @@ def chosen_settings(ctx: click.Context) -> Settings:
     inner = [name for name in changes if name in STAGES]
     if inner and ctx.params["preset"] != "paper":
         option = "--" + inner[0].replace("_", "-")
-        raise click.UsageError(f"{option} is of the paper's method: it needs --preset paper", ctx)
+        raise click.UsageError(f"{option} is of the paper's method: --preset paper is needed", ctx)
     try:
         return PRESETS[ctx.params["preset"]]().tuned(**changes)
     except DivespotError as error:

@@ -55,7 +55,9 @@ def ends_in(endings: tuple[str, ...]) -> Callable[[Any, Any, str | None], str | 
 
     def checked(_ctx: click.Context, _param: click.Parameter, path: str | None) -> str | None:
         if path is not None and endings and not path.lower().endswith(endings):
-            raise click.BadParameter(f"{path!r} does not end in {' or '.join(endings)}")
+            raise click.BadParameter(
+                f"{path!r}: a name that ends in {' or '.join(endings)} is needed"
+            )
         return path
 
     return checked
@@ -141,7 +143,7 @@ def write_json(path: str, text: str) -> None:
 
 def _print(text: str) -> None:
     if sys.stdout is None:
-        raise DivespotError("the standard output is closed: open it, or give a file")
+        raise DivespotError("the standard output is closed: an open one, or a file, is needed")
     click.echo(text, nl=False)
 
 

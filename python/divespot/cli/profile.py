@@ -52,7 +52,7 @@ def _read(path: str) -> dict[str, Any]:
         return tomllib.loads(Path(path).read_bytes().decode())
     except (OSError, ValueError) as error:  # errors of decoding and of TOML are ValueErrors
         reason = getattr(error, "strerror", None) or error
-        raise click.BadParameter(f"{path}: cannot be read as TOML ({reason})") from None
+        raise click.BadParameter(f"{path}: cannot be read ({reason}): TOML is needed") from None
 
 
 def _defaults(ctx: click.Context, path: Path, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -65,8 +65,8 @@ def _defaults(ctx: click.Context, path: Path, given: Mapping[str, Any]) -> dict[
         name = key.replace("_", "-")
         if name not in known:
             near = get_close_matches(name, known, 1)
-            hint = f": did you mean {near[0]}?" if near else ""
-            raise click.BadParameter(f"{path}: {key} is no option{hint}")
+            hint = f", such as {near[0]}," if near else ""
+            raise click.BadParameter(f"{path}: {key} is no option: the name of one{hint} is needed")
         if name in own:
             option = own[name]
             found[option.name or ""] = _placed(option, _plain(path, key, value), path.parent)

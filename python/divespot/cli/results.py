@@ -64,7 +64,8 @@ class ResultFile:
             raise
         # If matplotlib or Typst fails, only the picture is lost.
         except Exception as error:  # noqa: BLE001
-            what = f"{path}: cannot be drawn ({type(error).__name__}: {error})"
+            reason = f"{type(error).__name__}: {error}"
+            what = f"{path}: cannot be drawn ({reason}): another format is needed"
             raise DivespotError(what) from None
 
 

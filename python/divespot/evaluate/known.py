@@ -62,7 +62,7 @@ def read_list(path: str | os.PathLike[str], settings: Settings) -> list[KnownRou
         where = f"{path}, line {number}"
         scan = Path(path).parent / _cell(row, "path", where)
         if not scan.is_file():
-            raise DivespotError(f"{where}: there is no file {scan}")
+            raise DivespotError(f"{where}: there is no file {scan}: a scan is needed")
         unit = row.get("unit") or settings.unit
         scans.setdefault((scan, unit), []).append(_volume(row, where))
     return [
@@ -81,7 +81,9 @@ def _rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
         text = bytes_of(Path(path), LARGEST_BYTES).decode("utf-8-sig")
         rows = list(csv.DictReader(io.StringIO(text, newline="")))
     except (DivespotError, OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DivespotError(f"{path}: the list of scans cannot be read ({error})") from None
+        raise DivespotError(
+            f"{path}: cannot be read ({error}): a list of scans is needed"
+        ) from None
     if not rows:
         raise DivespotError(f"{path}: a header path,volume_m3 and one row per pile are needed")
     return rows

@@ -133,7 +133,9 @@ class _Shelf:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
                 self._kept = dict(_lines(self._path))
             except (OSError, ValueError) as error:
-                raise DivespotError(f"{folder}: rounds cannot be kept there ({error})") from None
+                raise DivespotError(
+                    f"{folder}: rounds cannot be kept there ({error}): another folder is needed"
+                ) from None
 
     def get(self, one: Any) -> Json | None:  # noqa: ANN401 - any dataclass
         """Return the kept result of a round."""

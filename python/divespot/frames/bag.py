@@ -129,7 +129,7 @@ def _of_camera(message: Any, *, is_rectified: bool) -> Intrinsics:  # noqa: ANN4
     """Return intrinsics; for a rectified image, those without distortion."""
     k, d, p = (_numbers(message, name) for name in "kdp")
     if not any(k):
-        raise DivespotError("was not calibrated, its K is 0")
+        raise DivespotError("was not calibrated, its K is 0: focal lengths above 0 are needed")
     size = {"width": int(message.width), "height": int(message.height)}
     if is_rectified and any(p):
         return parsed({"k": [*p[0:3], *p[4:7], *p[8:11]], **size})

@@ -110,7 +110,7 @@ def fuse(  # noqa: PLR0913 - one keyword an option
     source = Frames.of(depth, depth_scale, depth_topic)
     given = None if poses is None else as_poses(poses, len(source), source.times_s)
     if switch("exact_poses", exact_poses) and given is None:
-        raise DivespotError("exact_poses needs poses")
+        raise DivespotError("exact_poses was given: poses are needed with it")
     view = _view(source, intrinsics, depth_kind, thread_number(threads))
     tell = on_frame or (lambda _text: None)
     placed = place(view, given, exact=exact_poses, tell=tell)
@@ -128,7 +128,8 @@ def _view(source: Frames, intrinsics: Given | None, kind: Kind, threads: int) ->
         return View.of(source, lens, kind, threads)
     if intrinsics is not None or source.step_m is not None:
         raise DivespotError(
-            f"{source.names[0]}: is a cloud, whose points need no intrinsics and no depth_scale"
+            f"{source.names[0]}: is a cloud, to which intrinsics or depth_scale were given: "
+            "depth images are needed for those"
         )
     return CloudView.of(source, threads)
 
@@ -247,7 +248,10 @@ def _scan(
 ) -> Scan:
     points, _, _, _ = fusion.points()
     if len(points) < FEWEST:
-        raise NothingSeenError(f"{view.source.names[0]}: the frames show {len(points)} points")
+        raise NothingSeenError(
+            f"{view.source.names[0]}: the frames show {len(points)} points: at least {FEWEST} are "
+            "needed"
+        )
     places = np.array([pose[:3, 3] for pose in found.poses if pose is not None])
     x, y, z = places.mean(axis=0).tolist()
     return Scan(

@@ -70,7 +70,7 @@ class Intrinsics:
         if len(self.distortion) > MOST_COEFFICIENTS:
             raise DivespotError(
                 f"{len(self.distortion)} coefficients of distortion were given: at most "
-                f"{MOST_COEFFICIENTS} are known (k1, k2, p1, p2, k3, k4, k5, k6)"
+                f"{MOST_COEFFICIENTS} are needed (k1, k2, p1, p2, k3, k4, k5, k6)"
             )
 
     @classmethod
@@ -173,7 +173,7 @@ def read_intrinsics(path: str | os.PathLike[str]) -> Intrinsics:
 
     """
     file = Path(os.fsdecode(path))
-    text = text_of(file, "intrinsics are JSON or YAML", MOST_BYTES)
+    text = text_of(file, "intrinsics as JSON or YAML are needed", MOST_BYTES)
     try:
         return parsed(_values(file, text))
     except DivespotError as error:
@@ -189,24 +189,26 @@ def _values(file: Path, text: str) -> Any:  # noqa: ANN401 - whatever the file h
         try:
             return yaml.safe_load("\n".join(lines))
         except yaml.YAMLError:
-            raise DivespotError("is no valid YAML") from None
+            raise DivespotError("is no valid YAML: intrinsics as YAML are needed") from None
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
-        raise DivespotError("is no valid JSON") from None
+        raise DivespotError("is no valid JSON: intrinsics as JSON are needed") from None
 
 
 def parsed(values: Any) -> Intrinsics:  # noqa: ANN401 - whatever a file holds
     """Return the intrinsics in a mapping, in any of the known formats."""
     if not isinstance(values, Mapping):
-        raise DivespotError("holds no object with intrinsics")
+        raise DivespotError("holds no object: one with intrinsics is needed")
     for way in (_open3d, _ros, _kinect_calibration, _named):
         try:
             found = way(values)
         except DivespotError:
             raise
         except (TypeError, ValueError, KeyError, IndexError, OverflowError):
-            raise DivespotError("holds intrinsics of which some are no numbers") from None
+            raise DivespotError(
+                "holds intrinsics of which some are no numbers: numbers are needed"
+            ) from None
         if found is not None:
             return found
     for inner in ("depth", "depth_camera", "depth_intrinsics", "intrinsics", "camera", "color"):

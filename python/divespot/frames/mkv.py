@@ -82,7 +82,7 @@ def _require_whole(path: Path) -> None:
     size = int.from_bytes(head[at : at + width], "big") & most
     needed, given = at + width + size, path.stat().st_size
     if size != most and given < needed:  # all ones: the size is unknown
-        raise DivespotError(f"{path}: is truncated: {given} of {needed} bytes are there")
+        raise DivespotError(f"{path}: is truncated: {needed} bytes are needed, {given} are there")
 
 
 def _track(container: Any, path: Path) -> Any:  # noqa: ANN401 - PyAV has types of its own
@@ -119,7 +119,7 @@ def _of_mode(camera: Mapping[str, Any], size: tuple[int, int]) -> Intrinsics:
     """Return intrinsics in pixels of a depth image, from fractions of the sensor's width."""
     is_known = camera["Intrinsics"]["ModelType"] == LENS and size in MODES
     if not is_known or (camera["SensorWidth"], camera["SensorHeight"]) != (SENSOR_PX, SENSOR_PX):
-        raise DivespotError("is of no Azure Kinect")
+        raise DivespotError("is of another camera: an Azure Kinect is needed")
     edge_px, (left, top) = MODES[size]
     cx, cy, fx, fy, *lens = map(float, camera["Intrinsics"]["ModelParameters"])
     middle = (cx * edge_px - left - 0.5, cy * edge_px - top - 0.5)

@@ -62,7 +62,7 @@ def read_poses(
 
     """
     file = Path(os.fsdecode(path))
-    lines = text_of(file, "poses are lines of numbers").splitlines()
+    lines = text_of(file, "lines of numbers are needed").splitlines()
     rows = [
         _row(file, number, line)
         for number, line in enumerate(lines, start=1)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, unreadable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -50,7 +50,7 @@ def opening(path: Path, needed: str) -> Iterator[None]:
     except (DivespotError, MemoryError):
         raise
     except OSError as error:
-        raise DivespotError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise unreadable(path, error) from None
     except Exception:  # noqa: BLE001 - decoders raise anything on damaged recordings
         raise DivespotError(
             f"{path}: is truncated or damaged, or no recording of {needed}"
@@ -105,4 +105,6 @@ class Recording:
     def _next(self) -> NDArray[Any]:
         for frame in self._playing:
             return frame
-        raise DivespotError(f"{self.path}: ends after {self._played} of {len(self)} frames")
+        raise DivespotError(
+            f"{self.path}: ends after {self._played} frames: {len(self)} are needed"
+        )

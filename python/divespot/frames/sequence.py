@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, unwritable
 from divespot.extras import is_installed
 from divespot.frames.poses import write_poses
 from divespot.frames.source import write_png
@@ -29,7 +29,7 @@ def require_free(folder: str | os.PathLike[str], *, force: bool) -> None:
     try:
         held = [one.name for one in path.iterdir()] if path.exists() else []
     except OSError as error:
-        raise DivespotError(f"{path}: cannot be written ({error.strerror or error})") from None
+        raise unwritable(path, error) from None
     if held and not (force and all(OWN.fullmatch(name) for name in held)):
         raise DivespotError(f"{path}: is not empty: another folder, or --force, is needed")
 
@@ -62,7 +62,7 @@ def write_frames(
             with whole(path / "depth.npz") as stream:
                 np.savez_compressed(stream, depth=depth)
     except OSError as error:
-        raise DivespotError(f"{path}: cannot be written ({error.strerror or error})") from None
+        raise unwritable(path, error) from None
     rows, columns = depth.shape[1:]
     known = {"width": columns, "height": rows, "intrinsic_matrix": matrix.T.ravel().tolist()}
     write_text(path / "intrinsics.json", json.dumps(known, indent=1) + "\n")

@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from divespot._arguments import as_floats, number
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, unreadable
 from divespot.extras import extra
 from divespot.frames.bag import read_bag
 from divespot.frames.mkv import read_mkv
@@ -161,7 +161,7 @@ def _in_order(folder: Path) -> list[Path]:
     try:
         held = list(folder.iterdir())
     except OSError as error:
-        raise DivespotError(f"{folder}: cannot be read ({error.strerror or error})") from None
+        raise unreadable(folder, error) from None
     found = [f for f in held if f.suffix.lower() in (*IMAGES, *ARRAYS)]
     found = found or [f for f in held if f.suffix.lower() in CLOUDS]
     if not found:
@@ -192,11 +192,11 @@ def _nothing(folder: Path) -> str:
 def _no_frame(file: Path) -> str:
     """Return why a file is not a frame, and what is needed."""
     if file.suffix.lower() in (*CLOUDS, *OTHER_CLOUDS):
-        return f"is a cloud: a sequence needs {' or '.join(CLOUDS)} only, one file per frame"
+        return f"is a cloud: a sequence of {' or '.join(CLOUDS)} only, a file a frame, is needed"
     if is_recording(file):
         return "is a recording: it is needed by itself, by its own path"
     kinds = ", ".join((*IMAGES, *ARRAYS, *BAGS, *VIDEOS, *CLOUDS))
-    return f"a frame is one of {kinds}: depth of 16 bits or more is needed"
+    return f"is no frame: depth of 16 bits or more is needed, as {kinds}"
 
 
 def _key(stem: str) -> list[tuple[int, float, str]]:
@@ -216,9 +216,9 @@ def _array(file: Path) -> NDArray[Any]:
         if not isinstance(found, np.ndarray):
             found = _chosen(dict(found), file)
     except OSError as error:
-        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
+        raise unreadable(file, error) from None
     except (ValueError, EOFError, BadZipFile):
-        raise DivespotError(f"{file}: is no array of numbers") from None
+        raise DivespotError(f"{file}: is no array of numbers: one of depth is needed") from None
     return np.asarray(found)
 
 
@@ -236,7 +236,7 @@ def _image(file: Path) -> NDArray[Any]:
         raise DivespotError(f"{file}: has shape {array.shape}: one depth a pixel is needed")
     if array.dtype == np.uint8:
         raise DivespotError(
-            f"{file}: has 8 bits a pixel, as colours have: depth has 16 bits or more"
+            f"{file}: has 8 bits a pixel, as colours have: depth of 16 bits or more is needed"
         )
     return array
 
@@ -250,9 +250,9 @@ def _picture(file: Path) -> NDArray[Any]:
                 pixels = image.width * image.height
                 found = np.asarray(image) if pixels <= MOST_PIXELS else None
     except OSError as error:
-        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
+        raise unreadable(file, error) from None
     except Exception:  # noqa: BLE001 - decoders raise anything on damaged images
-        raise DivespotError(f"{file}: is damaged, or no image") from None
+        raise DivespotError(f"{file}: is damaged, or no image: one of depth is needed") from None
     if found is None:
         raise DivespotError(f"{file}: has {pixels} pixels: at most {MOST_PIXELS} are needed")
     return found

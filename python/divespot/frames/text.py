@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, unreadable
 from divespot.io.files import bytes_of
 
 if TYPE_CHECKING:
@@ -18,6 +18,6 @@ def text_of(file: Path, needed: str, most: int | None = None) -> str:
     except UnicodeDecodeError:
         raise DivespotError(f"{file}: is no text: {needed}") from None
     except OSError as error:
-        raise DivespotError(f"{file}: cannot be read ({error.strerror or error})") from None
+        raise unreadable(file, error) from None
     except DivespotError as error:
         raise DivespotError(f"{file}: {error}") from None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot.errors import DivespotError, NothingSeenError
+from divespot.errors import DivespotError, NothingSeenError, unreadable
 from divespot.io.doubts import Judged, doubts_of, judged
 from divespot.io.files import bytes_of
 from divespot.io.formats import detect
@@ -117,9 +117,11 @@ def _named(file: Path | str, unit: str, wanted: Wanted) -> Scan:
     except DivespotError as err:
         raise type(err)(f"{file}: {err}") from None
     except OSError as err:
-        raise DivespotError(f"{file}: cannot be read ({err.strerror or err})") from None
+        raise unreadable(file, err) from None
     except MemoryError:
-        raise DivespotError(f"{file}: too large for the available memory") from None
+        raise DivespotError(
+            f"{file}: is too large for the memory there is: a smaller file, or a crop, is needed"
+        ) from None
 
 
 def sample(path: str | os.PathLike[str], *, unit: str = "auto") -> Scan:
@@ -153,7 +155,7 @@ def _read(file: Path | str, unit: str, wanted: Wanted) -> Scan:
         python_warnings.simplefilter("always")
         name, raw, warnings = _raw(file, wanted)
     if len(raw.xyz) == 0:
-        raise NothingSeenError("it holds 0 points")
+        raise NothingSeenError("it holds 0 points: some are needed")
     said = dict.fromkeys(str(warning.message) for warning in caught)
     raw = with_system(raw, wanted.crs)
     unit_used, vertical, unit_warnings = _units(raw, unit)

@@ -12,7 +12,7 @@ from divespot.io.units import DEGREES, UNITS, unit_named
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-OFFER = "give the columns of x, y and z by number or name: --columns 1,2,3"
+OFFER = "the columns of x, y and z are needed, by number or name (--columns 1,2,3)"
 
 _EAST = "x easting east e rechtswert rechts rw ostwert ost xcoord coordx pointx xcoordinate utmx"
 _NORTH = "y northing north n hochwert hoch hw nordwert nord ycoord coordy pointy ycoordinate utmy"

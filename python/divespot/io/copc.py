@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import damaged
 
 if TYPE_CHECKING:
     import laspy
@@ -74,7 +74,7 @@ class Query:
             (node.offset, node.byte_size, node.point_count) for node in nodes if node.point_count
         ]
         if not known.issuperset(held) or len(set(held)) < len(held):
-            raise DivespotError("its octree and its chunk table disagree: it is corrupt")
+            raise damaged("its octree and its chunk table disagree")
         return cls(tuple(held), reader, bounds)
 
     def points(self) -> Any:  # noqa: ANN401 - laspy ships no types
@@ -117,5 +117,5 @@ class _Limited:
         data: bytes = self._stream.read(size)
         self._left -= len(data) + 1
         if self._left < 0:
-            raise DivespotError("its octree goes in circles: it is corrupt")
+            raise damaged("its octree goes in circles")
         return data

@@ -67,8 +67,8 @@ def doubts_of(xyz: NDArray[Any]) -> tuple[str, ...]:
     if _are_degrees(low, high):
         raise DivespotError(
             f"its x and y span {extent[0]:.2g} by {extent[1]:.2g} and lie at {low[0]:.6g}, "
-            f"{low[1]:.6g}, its z spans {extent[2]:.3g}: longitude and latitude in degrees, "
-            "project them to metres first, or give the unit"
+            f"{low[1]:.6g}, its z spans {extent[2]:.3g}, as longitude and latitude in degrees do: "
+            "a projection to metres is needed, or the unit"
         )
     told = []
     if extent.max() >= FEWEST_UNITS and _whole(xyz):

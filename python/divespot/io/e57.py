@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot import _native
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io.crs import Crs, crs_from_wkt
 from divespot.io.scan import FloatArray, RawCloud, stack
 from divespot.io.setups import Setup, merged
@@ -28,7 +28,7 @@ def read_e57(data: bytes) -> RawCloud:
     try:
         system, scans = _native.read_e57(data)
     except DivespotError as err:
-        raise DivespotError(f"not a readable E57 file, truncated or corrupt ({err})") from None
+        raise damaged(f"not a readable E57 file ({err})") from None
     setups = [_setup(*scan) for scan in scans if len(scan[1])]
     xyz, place = merged(setups)
     crs = crs_from_wkt(system) if system and system.strip() else Crs()
@@ -47,7 +47,9 @@ def _points(columns: dict[str, FloatArray]) -> FloatArray:
     """Return x, y, z from the valid coordinates, Cartesian ones if present."""
     known = [kind for kind in (_CARTESIAN, _SPHERICAL) if all(name in columns for name in kind[:3])]
     if not known:
-        raise DivespotError("a scan in it has neither Cartesian nor spherical coordinates")
+        raise DivespotError(
+            "a scan in it has neither Cartesian nor spherical coordinates: either is needed"
+        )
     xyz = np.full((len(next(iter(columns.values()))), 3), np.nan)
     for kind in reversed(known):
         found = stack([columns[name] for name in kind[:3]])

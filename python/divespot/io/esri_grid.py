@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io.grid_points import points_of_grid
 from divespot.io.scan import RawCloud
 
@@ -23,17 +23,19 @@ def read_esri(data: bytes) -> RawCloud:
         cell, nothing = float(header["cellsize"]), float(header.get("nodata_value", "nan"))
         west, south = (_edge(header, axis, cell) for axis in "xy")
     except (KeyError, ValueError):
-        raise DivespotError(f"its ESRI grid header needs {', '.join(_NEEDED)}") from None
+        raise DivespotError(
+            f"its ESRI grid header lacks a number: {', '.join(_NEEDED)} are needed"
+        ) from None
     words = data[start:].replace(b",", b".").split()
     if min(columns, rows) < 1 or len(words) != columns * rows:
-        raise DivespotError(
+        raise damaged(
             f"its ESRI grid header promises {rows} rows of {columns} heights but {len(words)} "
-            "follow: it is truncated or corrupt"
+            "follow"
         )
     try:
         heights = np.array(words, dtype=np.float64).reshape(rows, columns)
     except ValueError as err:
-        raise DivespotError(f"a height of its ESRI grid is no number ({err})") from None
+        raise DivespotError(f"a height of its grid is no number ({err}): one is needed") from None
     heights[heights == nothing] = np.nan
     north = south + rows * cell
     return RawCloud(points_of_grid(heights, (cell, 0.0, west, 0.0, -cell, north)), projected=True)

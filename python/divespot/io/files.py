@@ -32,7 +32,7 @@ def bytes_of(file: Path, most: int | None = None) -> bytes:
     require_regular(file, most)
     data = file.read_bytes()
     if not data:
-        raise DivespotError("the file is empty")
+        raise DivespotError("the file is empty: one with data is needed")
     return data
 
 
@@ -41,7 +41,7 @@ def require_regular(file: Path, most: int | None = None) -> None:
     try:
         found = file.stat()
     except ValueError as err:
-        raise DivespotError(f"is no path ({err})") from None
+        raise DivespotError(f"is no path ({err}): the name of a file is needed") from None
     if stat.S_ISDIR(found.st_mode):
         raise DivespotError(
             "is a folder: a file is needed, or intrinsics where it holds depth frames"
@@ -51,7 +51,7 @@ def require_regular(file: Path, most: int | None = None) -> None:
         raise DivespotError("is no regular file: one is needed")
     limit = _memory_bytes() if most is None else most
     if found.st_size > limit:
-        raise DivespotError(f"has {found.st_size >> 20} MB: at most {limit >> 20} MB can be read")
+        raise DivespotError(f"has {found.st_size >> 20} MB: at most {limit >> 20} MB are needed")
 
 
 def _memory_bytes() -> int:

@@ -42,7 +42,7 @@ def _whole(read: Callable[[bytes], RawCloud]) -> Callable[[bytes, Wanted], RawCl
     """Return a reader for a format without options."""
 
     def read_all(data: bytes, wanted: Wanted) -> RawCloud:
-        _refuse_columns(wanted)
+        wanted.refuse_columns()
         return read(data)
 
     return read_all
@@ -53,15 +53,10 @@ def _raster(driver: str) -> Callable[[bytes, Wanted], RawCloud]:
     read = raster.reader(driver)
 
     def read_window(data: bytes, wanted: Wanted) -> RawCloud:
-        _refuse_columns(wanted)
+        wanted.refuse_columns()
         return read(data, wanted)
 
     return read_window
-
-
-def _refuse_columns(wanted: Wanted) -> None:
-    if wanted.columns is not None:
-        raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
 
 
 _COMMENT_LINES = rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*"

@@ -8,7 +8,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io import copc
 from divespot.io.crs import Crs, crs_from_geokeys, crs_from_wkt
 from divespot.io.las_filter import LasFilter
@@ -36,13 +36,11 @@ _FIRST_LAYERED_FORMAT = 6
 _LASZIP, _POINTWISE = 22204, 1
 # Record ids under 'LASF_Projection'.
 _WKT, _GEOKEYS, _DOUBLES, _ASCII = 2112, 34735, 34736, 34737
-_CORRUPT = "not a readable LAS or LAZ file, truncated or corrupt ({})"
 
 
 def read_las(data: bytes, wanted: Wanted) -> RawCloud:
     """Read scaled x, y, z of the wanted points, and the units that the reference system states."""
-    if wanted.columns is not None:
-        raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
+    wanted.refuse_columns()
     check_header(data)
     wanted_ones = LasFilter(wanted)
     try:
@@ -86,7 +84,7 @@ def refused(err: BaseException) -> BaseException:
     is_panic = type(err).__name__ == "PanicException"
     if isinstance(err, DivespotError) or not (isinstance(err, Exception) or is_panic):
         return err
-    return DivespotError(_CORRUPT.format(f"{type(err).__name__}: {err}"))
+    return damaged(f"not a readable LAS or LAZ file ({type(err).__name__}: {err})")
 
 
 def points_promised(data: Buffer) -> int:
@@ -107,11 +105,9 @@ def check_header(data: Buffer) -> None:
             _refuse_pointwise(data, header_size, vlrs)
             _check_chunk_table(data, start, count)
     except (IndexError, struct.error):
-        raise DivespotError(
-            "it ends inside its header or its LAZ chunk table: it is truncated"
-        ) from None
+        raise damaged("it ends inside its header or its LAZ chunk table") from None
     if header_size + vlrs * 54 > start or evlr_start + evlrs * 60 > len(data):
-        raise DivespotError("its LAS header promises more records than it holds: it is corrupt")
+        raise damaged("its LAS header promises more records than it holds")
     if not kind & _COMPRESSED_BIT:
         require_bytes(count * stride, len(data) - start, count)
 
@@ -122,8 +118,8 @@ def _refuse_pointwise(data: Buffer, at: int, vlrs: int) -> None:
         record, size = struct.unpack_from("<2H", data, at + 18)
         if record == _LASZIP and struct.unpack_from("<H", data, at + 54)[0] == _POINTWISE:
             raise DivespotError(
-                "it is LAZ without chunks (LASzip compressor 1), which is not supported: "
-                "rewrite it with laszip or PDAL"
+                "it is LAZ without chunks (LASzip compressor 1): a file with chunks is needed, "
+                "rewritten with laszip or PDAL"
             )
         at += 54 + size
 
@@ -141,7 +137,7 @@ def _check_chunk_table(data: Buffer, start: int, count: int) -> None:
     """Check the size of the chunk table; raises struct.error if there is none."""
     _, chunks = struct.unpack_from("<II", data, max(_table_offset(data, start), start))
     if chunks > min(count, len(data)):
-        raise DivespotError(f"its LAZ chunk table promises {chunks} chunks: it is corrupt")
+        raise damaged(f"its LAZ chunk table promises {chunks} chunks")
 
 
 def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> None:
@@ -153,17 +149,16 @@ def check_chunks(data: Buffer, stream: IO[bytes], header: laspy.LasHeader) -> No
     stream.seek(start)
     table = lazrs.read_chunk_table(stream, vlr)
     if start + 8 + sum(size for _, size in table) != _table_offset(data, start):
-        raise DivespotError("its LAZ chunks and its chunk table disagree: it is corrupt")
+        raise damaged("its LAZ chunks and its chunk table disagree")
     if vlr.item_size() != header.point_format.size:
-        raise DivespotError("its LAZ record and its LAS header disagree: it is corrupt")
+        raise damaged("its LAZ record and its LAS header disagree")
     sizes = [vlr.chunk_size()] * len(table)
     if vlr.uses_variable_size_chunks():
         sizes = [counted for counted, _ in table]
     # Behind the last chunk, lazrs reads whatever follows as a chunk.
     if sum(sizes) < header.point_count:
-        raise DivespotError(
+        raise damaged(
             f"the header promises {header.point_count} points but its LAZ chunks hold {sum(sizes)}"
-            ": it is truncated or corrupt"
         )
     at, left = start + 8, header.point_count
     for counted, (_, size) in zip(sizes, table, strict=True):
@@ -180,7 +175,7 @@ def check_layers(data: Buffer, header: laspy.LasHeader, chunk: tuple[int, int, i
     # flags and so on.
     promised, *layers = struct.unpack_from("<5I", data, at + header.point_format.size)
     if sum(layers) > size or promised != count:
-        raise DivespotError("its LAZ layers and their chunk disagree: it is corrupt")
+        raise damaged("its LAZ layers and their chunk disagree")
 
 
 def _read_points(reader: laspy.LasReader, wanted: LasFilter, data: bytes) -> FloatArray:
@@ -198,10 +193,7 @@ def _read_points(reader: laspy.LasReader, wanted: LasFilter, data: bytes) -> Flo
         held += len(points)
         parts.append(kept(points, wanted, header))
     if held != header.point_count:
-        raise DivespotError(
-            f"the header promises {header.point_count} points but the file holds {held}: "
-            "it is truncated or corrupt"
-        )
+        raise damaged(f"the header promises {header.point_count} points but the file holds {held}")
     return np.concatenate(parts)
 
 

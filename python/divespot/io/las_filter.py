@@ -74,5 +74,5 @@ class LasFilter:
         told = tuple(f"{count} points {what} were left out" for count, what in left_out if count)
         if not kept and told:
             classes = ", ".join(map(str, sorted(self.seen_classes)))
-            raise DivespotError(f"{'; '.join(told)}: none is left, its classes are {classes}")
+            raise DivespotError(f"{'; '.join(told)}: others are needed, its classes are {classes}")
         return told

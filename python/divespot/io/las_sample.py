@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import damaged
 from divespot.io import las
 from divespot.io.files import require_regular
 from divespot.io.las_filter import LasFilter
@@ -112,5 +112,5 @@ def _stretch(reader: laspy.LasReader, begin: int, count: int) -> Any:  # noqa: A
     reader.seek(begin)
     points = reader.read_points(count)
     if len(points) < min(count, reader.header.point_count - begin):
-        raise DivespotError("it holds fewer points than its header promises: it is truncated")
+        raise damaged("it holds fewer points than its header promises")
     return points

@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, unreadable
 from divespot.io import copc, las
 from divespot.io.las_sample import begins_as_las
 from divespot.io.wanted import Wanted
@@ -111,7 +111,7 @@ def stretches_of(path: str, wanted: Wanted | None = None) -> list[Stretch]:
     except DivespotError as err:
         raise DivespotError(f"{path}: {err}") from None
     except (OSError, ValueError) as err:
-        raise DivespotError(f"{path}: cannot be read ({err})") from None
+        raise unreadable(path, err) from None
 
 
 def _stretches(path: str, data: Buffer, stream: IO[bytes], wanted: Wanted) -> list[Stretch]:
@@ -157,7 +157,8 @@ def _chunks(stream: IO[bytes], size: int, header: laspy.LasHeader, wanted: Wante
     largest = max((chunk.count for chunk in found), default=0)
     if largest > MOST_OF_CHUNK:
         raise DivespotError(
-            f"a chunk of its LAZ holds {largest} points: rewrite it with laszip or PDAL"
+            f"a chunk of its LAZ holds {largest} points: at most {MOST_OF_CHUNK} are needed, as "
+            "laszip and PDAL write them"
         )
     plan = las.rectangle(header, wanted) if copc.is_copc(header) else None
     if plan is None:
@@ -196,9 +197,11 @@ def records_of(stretch: Stretch) -> NDArray[np.uint8]:
             stream.seek(stretch.at)
             data = stream.read(sum(size for _, size in stretch.chunks))
     except OSError as err:
-        raise DivespotError(f"{stretch.path}: cannot be read ({err.strerror or err})") from None
+        raise unreadable(stretch.path, err) from None
     if len(data) < sum(size for _, size in stretch.chunks):
-        raise DivespotError(f"{stretch.path}: it became shorter while it was read")
+        raise DivespotError(
+            f"{stretch.path}: became shorter while it was read: a whole file is needed"
+        )
     if stretch.layout.packed is None:
         return np.frombuffer(data, np.uint8)
     try:

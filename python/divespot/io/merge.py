@@ -67,12 +67,12 @@ def _require_same(first: Scan, other: Scan) -> None:
             for scan in (first, other)
         )
         raise DivespotError(
-            f"{names} are in {units}: one survey needs one unit, give it (--unit) or convert them"
+            f"{names} are in {units}: one unit is needed for one survey (--unit, or files of one)"
         )
     if first.crs and other.crs and not is_same_system(first.crs, other.crs):
         systems = " and in ".join(_short(scan.crs) for scan in (first, other))
         raise DivespotError(
-            f"{names} are in {systems}: one survey needs one reference system, reproject them"
+            f"{names} are in {systems}: one reference system is needed for one survey"
         )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.extras import extra
 from divespot.io.records import require_bytes
 from divespot.io.scan import FloatArray, RawCloud
@@ -68,15 +68,16 @@ def triangles_of(data: bytes, kind: str) -> FloatArray:
     # trimesh documents no exceptions.
     except Exception as err:  # noqa: BLE001
         name = type(err).__name__
-        raise DivespotError(f"not a readable mesh, truncated or corrupt ({name}: {err})") from None
+        raise damaged(f"not a readable mesh ({name}: {err})") from None
 
 
 def _triangles(scene: Any) -> FloatArray:  # noqa: ANN401 - trimesh's own types are loose
     placed = [scene.graph[name] for name in scene.graph.nodes_geometry]
     parts = [(matrix, scene.geometry[name]) for matrix, name in placed]
     parts = [(matrix, part) for matrix, part in parts if len(getattr(part, "faces", ()))]
-    if sum(len(part.faces) for _, part in parts) > MOST_TRIANGLES:
-        raise DivespotError(f"it has over {MOST_TRIANGLES} triangles: decimate it")
+    count = sum(len(part.faces) for _, part in parts)
+    if count > MOST_TRIANGLES:
+        raise DivespotError(f"it has {count} triangles: at most {MOST_TRIANGLES} are needed")
     if not parts:
         raise DivespotError("it holds no triangles: a mesh with faces is needed")
     corners = [
@@ -129,9 +130,9 @@ def _check_glb(data: bytes) -> None:
         parsed = json.loads(data[_GLB_HEAD : _GLB_HEAD + size])
         counts = [int(accessor["count"]) for accessor in parsed.get("accessors", [])]
     except (struct.error, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise DivespotError("not a readable GLB file: its JSON is truncated or corrupt") from None
+        raise damaged("not a readable GLB file (its JSON)") from None
     if sum(counts) > len(data):
-        raise DivespotError(f"it promises {sum(counts)} values in {len(data)} bytes: it is corrupt")
+        raise damaged(f"it promises {sum(counts)} values in {len(data)} bytes")
 
 
 _CHECKS = {"stl": _check_stl, "glb": _check_glb}

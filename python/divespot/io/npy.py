@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.lib import format as npy_format
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io.packed import open_zip, read_member
 from divespot.io.records import axes_of, refuse_image, require_bytes
 from divespot.io.scan import RawCloud, stack
@@ -68,7 +68,7 @@ def _load(data: bytes) -> NDArray[Any]:
         raise
     # The header is a Python literal; NumPy passes on any exception of its parser.
     except Exception as err:  # noqa: BLE001
-        raise DivespotError(f"not a readable NPY array, truncated or corrupt ({err})") from None
+        raise damaged(f"not a readable NPY array ({err})") from None
     return array
 
 

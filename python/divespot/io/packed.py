@@ -7,7 +7,7 @@ import zlib
 from io import BytesIO
 from pathlib import PurePath
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 #: zlib's window for a GZIP header.
@@ -39,8 +39,8 @@ def require_size(unpacked_bytes: int, packed_bytes: int) -> None:
     """Raise DivespotError if a file would unpack to implausibly many bytes."""
     if unpacked_bytes > max(_largest(packed_bytes), _ALWAYS_BYTES):
         raise DivespotError(
-            f"it would unpack to {unpacked_bytes >> 20} MB, over {_LARGEST_RATIO} times its size: "
-            "it is corrupt, or unpack it first"
+            f"it would unpack to {unpacked_bytes >> 20} MB, over {_LARGEST_RATIO} times its size, "
+            "as corrupt files do: an unpacked file is needed"
         )
 
 
@@ -59,10 +59,10 @@ def _gunzipped(data: bytes) -> bytes:
             held += len(parts[-1])
             require_size(held, len(data))
             if not stream.eof:
-                raise DivespotError("its GZIP body ends too early: it is truncated")
+                raise damaged("its GZIP body ends too early")
             rest = stream.unused_data
     except zlib.error as err:
-        raise DivespotError(f"its GZIP body is corrupt ({err})") from None
+        raise damaged(f"its GZIP body cannot be unpacked ({err})") from None
     return b"".join(parts)
 
 
@@ -120,4 +120,4 @@ def read_member(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
 
 
 def _not_readable(err: Exception) -> DivespotError:
-    return DivespotError(f"not a readable ZIP archive, truncated or corrupt ({err})")
+    return damaged(f"not a readable ZIP archive ({err})")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from divespot._native import lzf_decompress
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io.header import find_header
 from divespot.io.records import axes_of, require_bytes, unpack_records
 from divespot.io.scan import FloatArray, RawCloud, stack
@@ -86,7 +86,7 @@ def read_pcd(data: bytes) -> RawCloud:
 def _parse_header(data: bytes) -> _Header:
     text = find_header(data, rb"DATA[ \t]+(\w+)")
     if text is None:
-        raise DivespotError("the PCD header has no DATA line: it is truncated")
+        raise damaged("the PCD header has no DATA line")
     lines = text.lines
     entries = {words[0]: words[1:] for words in map(str.split, lines) if words}
     try:
@@ -98,10 +98,13 @@ def _parse_header(data: bytes) -> _Header:
         points = int(entries["POINTS"][0]) if "POINTS" in entries else shape
     except (KeyError, IndexError, ValueError):
         raise DivespotError(
-            "the PCD header needs FIELDS, SIZE, TYPE of one length, and WIDTH and HEIGHT, or POINTS"
+            "the PCD header lacks an entry: FIELDS, SIZE, TYPE of one length, and WIDTH and "
+            "HEIGHT, or POINTS, are needed"
         ) from None
     if points != shape or points < 0:
-        raise DivespotError(f"the PCD header says POINTS {points} but WIDTH x HEIGHT {shape}")
+        raise DivespotError(
+            f"the PCD header says POINTS {points} but WIDTH x HEIGHT {shape}: one number is needed"
+        )
     _require_types(fields)
     place = _viewpoint(entries.get("VIEWPOINT", []))
     raster = (height, width) if min(height, width) > 1 else None
@@ -150,16 +153,16 @@ def _offsets(fields: list[_Field], scale: int = 1) -> dict[str, tuple[str, int]]
 def _read_ascii(data: bytes, header: _Header) -> FloatArray:
     rows, numbers = number_rows(split_lines(data[header.size :]), header.lines + 1)
     if len(rows) != header.points:
-        raise DivespotError(
-            f"the header promises {header.points} points but the file holds {len(rows)} rows: "
-            "it is truncated or corrupt"
+        raise damaged(
+            f"the header promises {header.points} points but the file holds {len(rows)} rows"
         )
     if not rows:
         return np.empty((0, 3))
     width = sum(f.count for f in header.fields)
     if len(rows[0].split()) != width:
         raise DivespotError(
-            f"line {numbers[0]} has {len(rows[0].split())} values: the header names {width}"
+            f"line {numbers[0]} has {len(rows[0].split())} values: {width}, as in the header, are "
+            "needed"
         )
     names = [f.name for f in header.fields]
     before = [names.index(axis) for axis in axes_of(names, "PCD fields")]
@@ -186,8 +189,8 @@ def _decompress(data: bytes, header: _Header) -> NDArray[np.uint8]:
     packed, unpacked = struct.unpack_from("<II", data, header.size)
     require_bytes(packed, len(data) - start, header.points)
     if unpacked != header.points * header.stride:
-        raise DivespotError(
+        raise damaged(
             f"the header promises {header.points} points of {header.stride} bytes, its compressed "
-            f"body {unpacked} bytes from {packed}: it is corrupt"
+            f"body {unpacked} bytes from {packed}"
         )
     return lzf_decompress(data[start : start + packed], unpacked)

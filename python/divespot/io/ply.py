@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.extras import is_installed
 from divespot.io.header import find_header
 from divespot.io.mesh import points_on, triangles_of
@@ -117,7 +117,7 @@ def _make_a_surface(faces: _Element, vertex: _Element) -> bool:
 def _parse_header(data: bytes) -> _Header:
     text = find_header(data, rb"end_header")
     if text is None:
-        raise DivespotError("the PLY header does not end in 'end_header': it is truncated")
+        raise damaged("the PLY header does not end in 'end_header'")
     lines = text.lines
     order: str | None = None
     elements: list[_Element] = []
@@ -131,9 +131,11 @@ def _parse_header(data: bytes) -> _Header:
             else:
                 _add(elements, words)
         except (KeyError, IndexError, ValueError):
-            raise DivespotError(f"PLY header line {number} is {line[:80]!r}: not PLY") from None
+            raise DivespotError(
+                f"PLY header line {number} is {line[:80]!r}: a line of PLY is needed"
+            ) from None
     if order is None:
-        raise DivespotError("the PLY header has no 'format' line")
+        raise DivespotError("the PLY header has no 'format' line: one is needed")
     return _Header(order, elements, text.size, len(lines) + 1)
 
 
@@ -165,15 +167,14 @@ def _read_ascii(
         if tokens is None:
             raise DivespotError(
                 f"line {numbers[start]} has {len(rows[start].split())} values: "
-                f"the header names {len(names)} vertex properties"
+                f"{len(names)}, as the header has properties of a vertex, are needed"
             )
         rows, start = tokens, 0
         numbers = [numbers[0]] * len(rows)
     held = max(len(rows) - start, 0)
     if held < vertex.count:
-        raise DivespotError(
-            f"the header promises {vertex.count} points but the file holds {held} rows of them: "
-            "it is truncated or corrupt"
+        raise damaged(
+            f"the header promises {vertex.count} points but the file holds {held} rows of them"
         )
     stop = start + vertex.count
     return parse_rows(rows[start:stop], numbers[start:stop], (columns[0], columns[1], columns[2]))
@@ -238,10 +239,7 @@ def _skip(data: bytes, offset: int, element: _Element, byte_order: str) -> int:
             if p.length_dtype is not None:
                 head = data[offset : offset + p.length_dtype.itemsize]
                 if len(head) < p.length_dtype.itemsize:
-                    raise DivespotError(
-                        f"it ends inside its {element.count} {element.name!r} lists: "
-                        "it is truncated or corrupt"
-                    )
+                    raise damaged(f"it ends inside its {element.count} {element.name!r} lists")
                 times = int.from_bytes(head, big_or_little)
                 offset += len(head)
             offset += times * p.dtype.itemsize

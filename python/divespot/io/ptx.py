@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io.scan import FloatArray, RawCloud
 from divespot.io.setups import Setup, merged
 from divespot.io.table import number_rows, parse_rows, split_lines
@@ -43,9 +43,8 @@ def _setup(rows: list[str], numbers: list[int], at: int) -> tuple[Setup, int]:
     matrix = _matrix(header, line)
     end = begin + count
     if end > len(rows):
-        raise DivespotError(
-            f"the header in line {line} promises {count} points but {len(rows) - begin} rows "
-            "follow: it is truncated or corrupt"
+        raise damaged(
+            f"the header in line {line} promises {count} points but {len(rows) - begin} rows follow"
         )
     xyz = parse_rows(rows[begin:end], numbers[begin:end], (0, 1, 2)) if count else np.empty((0, 3))
     return Setup(xyz, matrix[:3, :3].T, matrix[3, :3]), end
@@ -56,7 +55,9 @@ def _count(header: list[str], line: int) -> int:
     if len(header) < _HEADER_LINES or not all(
         word.isascii() and word.isdecimal() and len(word) < 10 for word in header[:2]
     ):
-        raise DivespotError(f"line {line} should begin a scan's header of 10 lines: it is corrupt")
+        raise DivespotError(
+            f"line {line} begins no scan (truncated or corrupt): a header of 10 lines is needed"
+        )
     return int(header[0]) * int(header[1])
 
 
@@ -66,5 +67,5 @@ def _matrix(header: list[str], line: int) -> FloatArray:
         return np.array(found).reshape(4, 4)
     except ValueError:
         raise DivespotError(
-            f"the header in line {line} has no transformation of 4 rows of 4 numbers"
+            f"the header in line {line} has no transformation: 4 rows of 4 numbers are needed"
         ) from None

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.extras import extra
 from divespot.io.crs import Crs, crs_from_wkt
 from divespot.io.grid_points import points_of_grid
@@ -38,7 +38,7 @@ def reader(driver: str) -> Callable[[bytes, Wanted], RawCloud]:
             raise
         # rasterio passes on a dozen kinds of GDAL's exceptions.
         except Exception as err:  # noqa: BLE001
-            raise DivespotError(f"not a readable raster, truncated or corrupt ({err})") from None
+            raise damaged(f"not a readable raster ({err})") from None
 
     return read
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io.scan import FloatArray, stack
 
 if TYPE_CHECKING:
@@ -57,9 +57,9 @@ def require_bytes(needed: int, held: int, count: int) -> None:
     Called before anything of that size is allocated.
     """
     if needed > held:
-        raise DivespotError(
+        raise damaged(
             f"the header promises {count} points ({needed} bytes) but the file holds "
-            f"{max(held, 0)} bytes of them: it is truncated or corrupt"
+            f"{max(held, 0)} bytes of them"
         )
 
 

@@ -45,7 +45,9 @@ class Setup:
         """
         off = np.abs(self.turn @ self.turn.T - np.eye(3)).max()
         if not (off <= MOST_OFF and np.linalg.det(self.turn) > 0 and np.isfinite(self.place).all()):
-            raise DivespotError("the transformation of a scan in it is no rigid motion")
+            raise DivespotError(
+                "the transformation of a scan in it is no rigid motion: a rotation is needed"
+            )
         if not self.is_moved:
             return self.xyz
         with np.errstate(over="ignore", invalid="ignore"):

@@ -126,7 +126,7 @@ def _raise_bad_row(
                 raise DivespotError(
                     f"line {number} is {row[:60]!r}: a number in field {column + 1} is needed"
                 ) from None
-    raise DivespotError(f"a row is not numbers ({err})") from None
+    raise DivespotError(f"a row is not numbers ({err}): numbers are needed") from None
 
 
 def is_number(text: str) -> bool:

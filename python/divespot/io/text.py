@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io.columns import OFFER, Columns, asked, named, numbered, unnamed
 from divespot.io.records import refuse_image
 from divespot.io.scan import RawCloud
@@ -72,10 +72,7 @@ def _without_counts(
         end = at + promised
         follows = rows[end] if end < len(rows) else ""
         if end > len(rows) or (follows and not (follows.isdecimal() and len(follows) < 19)):
-            raise DivespotError(
-                f"{line} promises {promised} points but {len(rows) - at} rows follow: "
-                "it is truncated or corrupt"
-            )
+            raise damaged(f"{line} promises {promised} points but {len(rows) - at} rows follow")
         parts.append(slice(at, end))
         if not follows:
             break
@@ -102,7 +99,7 @@ def _find_layout(lines: list[str], wanted: Wanted) -> _Layout:
             break
     if wanted.columns is not None:
         asked_for = ", ".join(wanted.columns)
-        raise DivespotError(f"no row has numbers in the columns {asked_for} that were asked for")
+        raise DivespotError(f"no row has numbers in columns {asked_for}: other columns are needed")
     raise DivespotError("no line has three numbers x y z: one point per line is needed")
 
 

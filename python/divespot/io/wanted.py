@@ -83,6 +83,12 @@ class Wanted:
         checked = plan if callable(plan) else _fixed(plan)
         return cls(parts, _numbers(classes), returns, crs, checked)  # type: ignore[arg-type]  # checked above
 
+    def refuse_columns(self) -> None:
+        """Raise DivespotError if columns were asked for, of a file that is no table of text."""
+        if self.columns is not None:
+            given = ",".join(self.columns)
+            raise DivespotError(f"it is no table of text with columns {given}: one is needed")
+
     def rectangle(
         self, crs: str | None, low: Sequence[float], high: Sequence[float]
     ) -> Rectangle | None:

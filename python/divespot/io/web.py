@@ -9,7 +9,7 @@ from http import HTTPStatus
 from io import SEEK_CUR, SEEK_END, SEEK_SET, BufferedReader, RawIOBase
 from typing import TYPE_CHECKING, Any
 
-from divespot.errors import DivespotError
+from divespot.errors import DivespotError, damaged
 from divespot.io import copc, las
 from divespot.io.las_filter import LasFilter
 from divespot.io.scan import RawCloud
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from divespot.io.wanted import Wanted
 
 #: What is said where nothing tells which part is wanted.
-NEEDED = "a crop is needed of a file on a server (x0,y0,z0,x1,y1,z1), or an outline"
+NEEDED = (
+    "is on a server: a crop (x0,y0,z0,x1,y1,z1), or an outline, is needed of what is to be read"
+)
 
 #: What a file on a server begins with.
 SCHEMES = ("http://", "https://")
@@ -56,8 +58,7 @@ def read_url(url: str, wanted: Wanted) -> RawCloud:
     """
     if wanted.plan is None:
         raise DivespotError(NEEDED)
-    if wanted.columns is not None:
-        raise DivespotError("it is no table of text: columns cannot be chosen, leave them out")
+    wanted.refuse_columns()
     remote = Remote(url)
     try:
         return _points(remote, wanted)
@@ -150,11 +151,11 @@ class Remote:
                 self._fetch(start, start + 8)
             return max(int(struct.unpack_from("<q", self.data, start)[0]), HEAD_BYTES)
         except struct.error:
-            raise DivespotError("it ends inside its header: it is truncated") from None
+            raise damaged("it ends inside its header") from None
 
     def _fetch(self, begin: int, end: int) -> None:
         if not 0 <= begin <= end <= self.size:
-            raise DivespotError("its octree lies outside of the file: it is truncated or corrupt")
+            raise damaged("its octree lies outside of the file")
         if begin < end:
             self.data[begin:end] = self._got(begin, end)[0]
 
@@ -174,13 +175,16 @@ class Remote:
                 data: bytes = answer.read(end - begin)
         except HTTPError as error:
             error.close()
-            raise DivespotError(f"the server refuses ({error.code} {error.reason})") from None
+            told = f"the server refuses ({error.code} {error.reason})"
+            raise DivespotError(f"{told}: a file that it gives is needed") from None
         except (OSError, HTTPException, ValueError) as error:
             if isinstance(error, DivespotError):
                 raise
-            reason = getattr(error, "reason", None) or error
-            raise DivespotError(f"cannot be reached ({reason})") from None
+            told = f"cannot be reached ({getattr(error, 'reason', None) or error})"
+            raise DivespotError(f"{told}: a server that answers is needed") from None
         size = int(total[1])
         if not 0 < size <= LARGEST_BYTES or len(data) != min(end, size) - begin:
-            raise DivespotError("the server sent less than was asked for")
+            raise DivespotError(
+                "the server sent less than was asked for: a copy of the file is needed"
+            )
         return data, size

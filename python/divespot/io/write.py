@@ -11,7 +11,7 @@ import numpy as np
 
 from divespot._arguments import as_floats
 from divespot.errors import DivespotError
-from divespot.output import whole
+from divespot.output import other_ending, whole
 
 if TYPE_CHECKING:
     import os
@@ -72,7 +72,7 @@ def write(path: str | os.PathLike[str], points: ArrayLike) -> None:
 def require_writable(path: str | os.PathLike[str]) -> None:
     """Raise DivespotError if the extension is not one of those that can be written."""
     if PurePath(path).suffix.lower() not in _WRITERS:
-        raise DivespotError(f"{path}: unknown extension: one of {', '.join(_WRITERS)} is needed")
+        raise other_ending(path, "points", _WRITERS)
 
 
 class _UnfitError(DivespotError):
@@ -110,8 +110,12 @@ def _write_las(stream: BinaryIO, xyz: NDArray[Any], *, compress: bool = False) -
     header.generating_software = "divespot"
     header.scales = np.full(3, _LAS_SCALE_M)
     header.offsets = np.floor(xyz.min(axis=0)) if len(xyz) else np.zeros(3)
-    if len(xyz) and (np.ptp(xyz, axis=0) > _LAS_SCALE_M * (2**31 - 1)).any():
-        raise _UnfitError(f"LAS cannot span over {_LAS_SCALE_M * 2**31:.0f} m at 0.1 mm")
+    span_m = np.ptp(xyz, axis=0).max() if len(xyz) else 0.0
+    if span_m > _LAS_SCALE_M * (2**31 - 1):
+        most_m = _LAS_SCALE_M * 2**31
+        raise _UnfitError(
+            f"the points span {span_m:.0f} m: at most {most_m:.0f} m is needed in LAS"
+        )
     header.vlrs.append(laspy.VLR("LASF_Projection", 34735, "GeoKeys", _LAS_METRES))
     las = laspy.LasData(header)
     las.xyz = xyz.astype(np.float64)

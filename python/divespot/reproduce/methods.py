@@ -44,7 +44,9 @@ class MethodsRound:
         taken = self.methods_of.take()
         report = measure(taken.points, OURS)
         if not report.piles:
-            raise DivespotError(f"{self.methods_of.scene}: no pile was found to compare methods on")
+            raise DivespotError(
+                f"{self.methods_of.scene}: no pile was found: one is needed to compare methods on"
+            )
         body = bodies_of(report)[0]
         volumes = {"grid": report.piles[0].volume_m3, **_single(body), **_swept(body)}
         return {name: _error(value, taken.volume_m3) for name, value in volumes.items()}

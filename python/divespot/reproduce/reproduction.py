@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import divespot
-from divespot.errors import DivespotError
+from divespot.errors import unwritable
 from divespot.plot import figure_class
 from divespot.report import finite
 from divespot.reproduce import (
@@ -135,7 +135,7 @@ def _write(out: Path, plan: Plan, sections: dict[str, Section], times: Section) 
         for picture in (p for section in (*sections.values(), times) for p in section.pictures()):
             draw(picture.chart, out / picture.path)
     except OSError as error:
-        raise DivespotError(f"{out}: cannot be written ({error.strerror})") from None
+        raise unwritable(out, error) from None
     return out / "reproduce.md"
 
 

@@ -7,7 +7,6 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from divespot import _native
-from divespot.errors import DivespotError
 from divespot.extras import extra
 from divespot.output import (
     DEM,
@@ -16,6 +15,7 @@ from divespot.output import (
     PAGE,
     PICTURE,
     REPORT,
+    other_ending,
     refuse_inputs,
     require_own,
     whole,
@@ -120,7 +120,7 @@ def save_change(
     """
     ending = PurePath(path).suffix.lower()
     if ending not in OWN:
-        raise DivespotError(f"{path}: a comparison is saved as one of {', '.join(OWN)}")
+        raise other_ending(path, "a comparison", OWN)
     refuse_inputs(path, "the comparison", found.inputs)
     require_own(path, OWN[ending], "the comparison", force=force)
     if ending in {".tif", ".tiff"}:

@@ -8,7 +8,7 @@ import os
 from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Any
 
-from divespot.errors import DivespotError, encodable
+from divespot.errors import DivespotError, encodable, unreadable
 from divespot.output import append_line, refuse_inputs, write_text
 from divespot.results.crs_name import crs_name
 
@@ -114,9 +114,10 @@ def _is_begun(path: str | os.PathLike[str]) -> bool:
     except FileNotFoundError:
         return False
     except (OSError, ValueError) as error:
-        raise DivespotError(f"{path}: cannot be read ({error})") from None
+        raise unreadable(path, error) from None
     if found and found != text_of((), header=True):
         raise DivespotError(
-            f"{path}: has other columns than divespot writes: give another name, or no --append"
+            f"{path}: has other columns than divespot writes: another name, or no --append, is "
+            "needed"
         )
     return bool(found)

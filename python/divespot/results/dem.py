@@ -9,7 +9,7 @@ import numpy as np
 from divespot._arguments import require_kind
 from divespot.errors import DivespotError
 from divespot.extras import extra
-from divespot.output import refuse_inputs, whole
+from divespot.output import other_ending, refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.drawn_fill import filled
 from divespot.results.pile_matching import labels
@@ -60,11 +60,13 @@ def save_heights(
 ) -> None:
     """Write heights, base, difference and seen cells (see `save_dem`)."""
     if not str(path).lower().endswith(ENDINGS):
-        raise DivespotError(f"{path}: heights are written as one of {', '.join(ENDINGS)}")
+        raise other_ending(path, "heights", ENDINGS)
     refuse_inputs(path, "the heights", inputs)
     frame = PlanFrame.of(report)
     if not frame.is_scan:
-        raise DivespotError(f"{path}: x and y of the scan are no plan of its ground: no raster")
+        raise DivespotError(
+            f"{path}: the scan's z is not up: x and y as its plan are needed for a raster"
+        )
     data = _written(report, frame, bands, _bands(report, piles))
     with whole(path) as stream:
         stream.write(data)

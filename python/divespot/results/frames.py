@@ -34,7 +34,7 @@ def _library() -> Any:  # noqa: ANN401 - as above
     for name in ("pandas", "polars"):
         with suppress(ImportError):
             return import_module(name)
-    raise DivespotError("a data frame needs pandas or polars: install one of them")
+    raise DivespotError("neither pandas nor polars is installed: one is needed for a data frame")
 
 
 def _row(item: Pile) -> dict[str, Any]:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from divespot._arguments import require_kind
-from divespot.errors import DivespotError, encodable
+from divespot.errors import encodable
 from divespot.extras import extra
-from divespot.output import refuse_inputs, whole
+from divespot.output import other_ending, refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.outlines import attributes
 
@@ -45,7 +45,7 @@ def save_gpkg(report: Report, path: str | os.PathLike[str]) -> None:
     """
     require_kind("report", report, Report)
     if not str(path).lower().endswith(".gpkg"):
-        raise DivespotError(f"{path}: a GeoPackage ends in .gpkg")
+        raise other_ending(path, "a GeoPackage", (".gpkg",))
     refuse_inputs(path, "the outlines", report.inputs)
     piles = [pile for pile in report.piles if pile.outline_m]
     rows = [attributes(pile) for pile in piles]

@@ -108,7 +108,7 @@ def entries(path: str | os.PathLike[str], site: str | None = None) -> list[Entry
 
     """
     if not Path(path).is_file():
-        raise DivespotError(f"{path}: there is no such history")
+        raise DivespotError(f"{path}: there is no such file: a history is needed")
     require_own(path, HISTORY, "a measurement")
     names = "time, volume_m3, u95_m3, id, site, scan, piles, mass_kg, u95_mass_kg, report"
     query = f"SELECT {names} FROM measurements WHERE ? IS NULL OR site = ? ORDER BY time, id"  # noqa: S608
@@ -130,4 +130,4 @@ def _opened(path: str | os.PathLike[str], *, begin: bool) -> Iterator[sqlite3.Co
                 base.executescript(_TABLES)
             yield base
     except (sqlite3.Error, ValueError, TypeError) as error:
-        raise DivespotError(f"{path}: the history cannot be used ({error})") from None
+        raise DivespotError(f"{path}: cannot be used ({error}): a history is needed") from None

@@ -23,7 +23,7 @@ from divespot.io.systems import known_system
 from divespot.io.wanted import Wanted
 from divespot.io.web import is_url
 from divespot.narrowing import plan_of
-from divespot.output import refuse_inputs, whole
+from divespot.output import other_ending, refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.pile_matching import labels
 from divespot.settings import given
@@ -67,9 +67,9 @@ def save_las(report: Report, path: str | os.PathLike[str]) -> None:
     require_kind("report", report, Report)
     ending = PurePath(path).suffix.lower()
     if ending not in ENDINGS:
-        raise DivespotError(f"{path}: points are written as one of {', '.join(ENDINGS)}")
+        raise other_ending(path, "points", ENDINGS)
     if report.source.path is None:
-        raise DivespotError("an array was measured: points can be written of a scan's file alone")
+        raise DivespotError("an array was measured: a scan's file is needed to write its points")
     refuse_inputs(path, "the points", report.inputs)
     kinds = _Kinds(report)
     with whole(path) as stream:
@@ -193,8 +193,12 @@ def _convert(points: _Points, kinds: _Kinds, stream: BinaryIO, *, compress: bool
     header = _header_of(laspy.LasHeader(point_format=6, version="1.4"))
     header.scales = np.full(3, STEP)
     header.offsets = np.floor(points.low_m / metres)
-    if (points.high_m - points.low_m > metres * STEP * (2**31 - 1)).any():
-        raise DivespotError(f"LAS cannot span over {STEP * 2**31:.0f} units at {STEP:g}")
+    span_m = points.high_m - points.low_m
+    if (span_m > metres * STEP * (2**31 - 1)).any():
+        span, most = span_m.max() / metres, STEP * 2**31
+        raise DivespotError(
+            f"the points span {span:.0f} units: at most {most:.0f} are needed in LAS"
+        )
     if wkt := _wkt(source.crs):
         header.global_encoding.wkt = True
         header.vlrs.append(laspy.VLR("LASF_Projection", _WKT, "WKT", wkt.encode() + b"\0"))

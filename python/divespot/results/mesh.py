@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from divespot._arguments import require_kind
-from divespot.errors import DivespotError
 from divespot.io.write import MARK
-from divespot.output import refuse_inputs, whole
+from divespot.output import other_ending, refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.drawn_fill import filled
 from divespot.results.pile_matching import labels
@@ -42,7 +41,7 @@ def save_mesh(report: Report, path: str | os.PathLike[str]) -> None:
     """
     require_kind("report", report, Report)
     if not str(path).lower().endswith(".ply"):
-        raise DivespotError(f"{path}: a mesh is written as .ply")
+        raise other_ending(path, "a mesh", (".ply",))
     refuse_inputs(path, "the mesh", report.inputs)
     nodes, faces = mesh(report)
     header = (

@@ -43,7 +43,7 @@ def parsed(text: str | bytes, kind: type[Kind]) -> Kind:
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise DivespotError(f"the report is no JSON ({error})") from None
+        raise DivespotError(f"the report is no JSON ({error}): JSON is needed") from None
     schema = found.get("schema") if isinstance(found, dict) else None
     if schema != SCHEMA:
         raise DivespotError(f"the report's schema is {schema!r}: {SCHEMA} is needed")
@@ -51,7 +51,7 @@ def parsed(text: str | bytes, kind: type[Kind]) -> Kind:
         return _report(found, kind)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         what = error if isinstance(error, DivespotError) else f"{type(error).__name__}: {error}"
-        raise DivespotError(f"the report is not as {SCHEMA} has it ({what})") from None
+        raise DivespotError(f"the report is damaged ({what}): one as {SCHEMA} is needed") from None
 
 
 def _report(found: dict[str, Any], kind: type[Kind]) -> Kind:

@@ -6,8 +6,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from divespot._arguments import require_kind
-from divespot.errors import DivespotError
-from divespot.output import refuse_inputs, whole
+from divespot.output import other_ending, refuse_inputs, whole
 from divespot.report import Report
 from divespot.results.html_report import html_report
 from divespot.results.pdf_report import pdf_report
@@ -33,7 +32,7 @@ def save_report(report: Report, path: str | os.PathLike[str], survey: Survey | N
     refuse_inputs(path, "the report", report.inputs)
     ending = PurePath(path).suffix.lower()
     if ending not in ENDINGS:
-        raise DivespotError(f"{path}: a report page is one of {', '.join(ENDINGS)}")
+        raise other_ending(path, "a report page", ENDINGS)
     if ending == ".pdf":
         page = pdf_report(report, survey)
     else:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import PurePath
 from typing import TYPE_CHECKING, TypeAlias
 
-from divespot.errors import DivespotError
 from divespot.output import (
     DEM,
     GEOPACKAGE,
@@ -15,6 +14,7 @@ from divespot.output import (
     POINTS,
     REPORT,
     TABLE,
+    other_ending,
     refuse_inputs,
     require_own,
     write_text,
@@ -42,7 +42,7 @@ def save(report: Report, path: Path, *, force: bool = False) -> None:
     """Write a report, never over an input, and over other programs' files only with `force`."""
     ending = PurePath(path).suffix.lower()
     if ending not in WRITERS:
-        raise DivespotError(f"{path}: a report is saved as one of {', '.join(WRITERS)}")
+        raise other_ending(path, "a report", WRITERS)
     own, write = WRITERS[ending]
     refuse_inputs(path, "the report", report.inputs)
     require_own(path, own, "the report", force=force)

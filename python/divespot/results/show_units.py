@@ -60,7 +60,9 @@ class Shown:
             return cls("volume", *VOLUMES[name])
         materials = [item.material for item in items] or [None]
         if any(density_of(material, report.settings) is None for material in materials):
-            raise DivespotError("the unit t needs a density: --material or --density is needed")
+            raise DivespotError(
+                "the unit t was given without a density: --material or --density is needed"
+            )
         return cls("mass", "t", 0.0, report.settings)
 
     @property

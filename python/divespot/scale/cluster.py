@@ -114,7 +114,9 @@ def connected(address: str, timeout_s: float = 10.0) -> Any:  # noqa: ANN401 - a
     try:
         return _distributed().Client(address, timeout=timeout_s, set_as_default=False)
     except (OSError, ValueError, TypeError) as err:
-        raise DivespotError(f"{address}: no Dask scheduler answers there ({err})") from None
+        raise DivespotError(
+            f"{address}: nothing answers there ({err}): a Dask scheduler is needed"
+        ) from None
 
 
 def _distributed() -> Any:  # noqa: ANN401 - as above

@@ -18,7 +18,7 @@ pub enum Error {
         needed: &'static str,
     },
     /// Fewer usable points than the kernel needs.
-    #[error("{given} usable points were given: {what} needs at least {needed}")]
+    #[error("{given} usable points were given: at least {needed} are needed for {what}")]
     TooFewPoints {
         /// What the points are needed for.
         what: &'static str,
@@ -30,6 +30,16 @@ pub enum Error {
     /// Points or arrays from which the result cannot be computed.
     #[error("{0}")]
     Degenerate(&'static str),
+    /// Arrays that do not fit a grid.
+    #[error("{given} {what} were given for {needed} cells: one for each is needed")]
+    Cells {
+        /// What the array holds.
+        what: &'static str,
+        /// Number of values given.
+        given: usize,
+        /// Number of cells.
+        needed: usize,
+    },
     /// An outline inside which nothing can be measured.
     #[error("outline {number} {problem}")]
     Outline {
@@ -52,7 +62,7 @@ pub enum Error {
     #[error("the data {0}: intact data are needed")]
     Corrupt(&'static str),
     /// Not enough memory for a kernel's working set.
-    #[error("there is no memory for {0}")]
+    #[error("there is no memory for {0}: less of it, or more memory, is needed")]
     Memory(String),
     /// The caller cancelled the work.
     #[error("interrupted")]

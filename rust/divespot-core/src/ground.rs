@@ -260,7 +260,9 @@ impl Scene<'_> {
         let threads = thread_count(self.settings.threads);
         let scores = map_each(&planes, threads, |plane| self.score(plane));
         let best = scores.into_iter().zip(planes).max_by(|a, b| a.0.total_cmp(&b.0));
-        best.map(|(_, plane)| plane).ok_or(Error::Degenerate("no plane goes through the points"))
+        best.map(|(_, plane)| plane).ok_or(Error::Degenerate(
+            "no plane goes through the points: points on a plane are needed",
+        ))
     }
 
     /// The score of a plane as the ground: how much of the scan it explains, times the share of the

@@ -66,6 +66,12 @@ impl Grid {
         Ok(Self { origin_m, cell_m, columns, rows })
     }
 
+    /// Checks that `given` values are one for each cell.
+    pub(crate) fn require_each(&self, what: &'static str, given: usize) -> Result<()> {
+        let needed = self.len();
+        if given == needed { Ok(()) } else { Err(Error::Cells { what, given, needed }) }
+    }
+
     /// The number of cells.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -161,9 +161,9 @@ fn best_hypothesis(drawn: &[Point], settings: &Settings) -> Result<Plane> {
         }
     }
     let reason = if settings.cone.is_some() {
-        "no plane within the admissible tilt goes through the points"
+        "no plane within the admissible tilt goes through the points: another axis is needed"
     } else {
-        "all points lie on one line: a plane needs points off it"
+        "all points lie on one line: points off it are needed for a plane"
     };
     best.map(|(_, plane)| plane).ok_or(Error::Degenerate(reason))
 }

@@ -37,7 +37,9 @@ pub fn rotation_to_z(normal: Point) -> Result<Rotation> {
     let normal = Vector3::from(normal);
     let unit = Unit::try_new(normal / normal.amax(), 0.0)
         .filter(|unit| unit.iter().all(|v| v.is_finite()))
-        .ok_or(Error::Degenerate("a normal needs finite components that are not all zero"))?;
+        .ok_or(Error::Degenerate(
+            "the normal is no direction: finite components that are not all zero are needed",
+        ))?;
     let across = unit.cross(&Vector3::z());
     let rotation = match Unit::try_new(across, PARALLEL) {
         Some(axis) => Rotation3::from_axis_angle(&axis, libm::atan2(across.norm(), unit.z)),

@@ -77,8 +77,11 @@ pub fn height_map(points: &[Point], cell_m: f64) -> Result<HeightMap> {
 pub fn height_map_within(points: &[Point], bounds: &Bounds, cell_m: f64) -> Result<HeightMap> {
     let cells = Cells::within(points, bounds, cell_m)?;
     let vertices = cells.means.iter().flatten().map(|&p| Vertex(p)).collect();
-    let network = Network::bulk_load(vertices)
-        .map_err(|_| Error::Degenerate("coordinates are too large or too small to triangulate"))?;
+    let network = Network::bulk_load(vertices).map_err(|_| {
+        Error::Degenerate(
+            "coordinates are too large or too small to triangulate: lengths in m are needed",
+        )
+    })?;
     let spacings = spacings_of(&network);
     let mut lattice = Lattice::over(&cells.grid);
     for face in network.inner_faces().polled().filter(|face| seen(face, &spacings)) {

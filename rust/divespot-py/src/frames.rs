@@ -35,7 +35,10 @@ impl RawCamera {
     fn new(rays: ReadonlyArray2<'_, f64>, shape: (usize, usize)) -> PyResult<Self> {
         let rays = rays.as_array();
         if rays.ncols() != 3 {
-            return Err(DivespotError::new_err("three numbers a ray are needed"));
+            return Err(DivespotError::new_err(format!(
+                "the rays have {} numbers each: three are needed",
+                rays.ncols()
+            )));
         }
         let rays: Vec<[f64; 3]> = rays.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
         Ok(Self { camera: Camera::new(shape.0, shape.1, &rays).map_err(raise)? })
@@ -171,7 +174,10 @@ impl RawTracker {
     /// The pose of a frame that was placed, but is not part of the joint solution.
     fn settled(&self, py: Python<'_>, number: usize, patches: &RawPatches) -> PyResult<Pose> {
         let found = detached(py, || self.tracker.settled(number, &patches.patches))?;
-        found.as_ref().map(pose).ok_or_else(|| DivespotError::new_err("the frame was left out"))
+        found
+            .as_ref()
+            .map(pose)
+            .ok_or_else(|| DivespotError::new_err("the frame was left out: a placed one is needed"))
     }
 
     /// Memory of the model and of the frames, in bytes.

@@ -34,7 +34,11 @@ pub(crate) fn height_map<'py>(
     let all = heightmap::bounds(points).map_err(raise)?;
     let marks = mask.as_ref().map(|mask| mask.as_slice()).transpose()?;
     if marks.is_some_and(|marks| marks.len() != near.count() || points.len() != near.count()) {
-        return Err(DivespotError::new_err("one value of the mask for each point is needed"));
+        return Err(DivespotError::new_err(format!(
+            "the mask does not fit {} finite of {} points: a value for each finite point is needed",
+            points.len(),
+            near.count()
+        )));
     }
     let map = attempted(py, || {
         if !triangulated {

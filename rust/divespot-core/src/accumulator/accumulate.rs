@@ -150,7 +150,7 @@ impl Accumulator {
     pub fn merge(&mut self, other: &Self) -> Result<()> {
         if (self.lattice, self.most) != (other.lattice, other.most) {
             return Err(Error::Degenerate(
-                "accumulators of other voxels cannot be merged: the same origin, voxel_m and most \
+                "accumulators of other voxels were given: the same origin, voxel_m and most \
                  are needed",
             ));
         }

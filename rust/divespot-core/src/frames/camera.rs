@@ -45,7 +45,8 @@ impl Camera {
     pub fn new(rows: usize, columns: usize, rays: &[Point]) -> Result<Self> {
         if rows < 3 || columns < 3 || rays.len() != rows * columns {
             return Err(Error::Degenerate(
-                "a camera needs 3 x 3 pixels or more, and a ray for each",
+                "the camera has too few pixels or rays: 3 x 3 pixels or more, and a ray for each, \
+                 are needed",
             ));
         }
         let exact: Vec<Vector3<f64>> = rays.iter().map(|&r| Vector3::from(r)).collect();

@@ -145,10 +145,14 @@ struct Frame {
 impl Frame {
     fn around(points: &[Point]) -> Result<Self> {
         if points.len() > 1 << 31 {
-            return Err(Error::Degenerate("more than 2147483648 points were given: thin them out"));
+            return Err(Error::Degenerate(
+                "more than 2147483648 points were given: at most so many are needed",
+            ));
         }
         if !points.iter().flatten().all(|v| v.is_finite()) {
-            return Err(Error::Degenerate("a coordinate is not finite: drop such points first"));
+            return Err(Error::Degenerate(
+                "a coordinate is not finite: finite coordinates are needed",
+            ));
         }
         let bounds = Bounds::of(points.iter().copied());
         let Bounds { min, max } = bounds.unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] });

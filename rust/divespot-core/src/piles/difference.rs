@@ -35,6 +35,9 @@ const CLEAR: f64 = 4.0;
 /// width. Chosen: lower finds edges changed that did not change, higher overlooks thin gains.
 const EDGE: f64 = 0.1;
 
+/// What is said where nothing tells the surface that heights are held against.
+const NO_BASE: &str = "no base was given: one to take differences from is needed";
+
 /// A scan on the cells of a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
@@ -104,9 +107,11 @@ pub fn measure_difference(
     earlier: Option<&Seen>,
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    let fits = |seen: &Seen| seen.heights_m.len() == grid.len() && seen.counts.len() == grid.len();
-    let base = settings.base.as_ref().filter(|_| fits(later) && earlier.is_none_or(fits));
-    let base = base.ok_or(Error::Degenerate("a base and one height for each cell are needed"))?;
+    for seen in [Some(later), earlier].into_iter().flatten() {
+        grid.require_each("heights", seen.heights_m.len())?;
+        grid.require_each("counts", seen.counts.len())?;
+    }
+    let base = settings.base.as_ref().ok_or(Error::Degenerate(NO_BASE))?;
     let gain = Rise::of(grid, later, base, earlier, settings);
     let loss = match earlier {
         Some(earlier) => {

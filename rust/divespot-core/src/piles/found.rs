@@ -3,9 +3,9 @@
 
 use std::borrow::Cow;
 
-use crate::Point;
 use crate::connectivity::{AXES, UNLABELLED};
 use crate::heightmap::Grid;
+use crate::{Point, Result};
 
 /// A set of points: all, or those with a mark.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -54,6 +54,12 @@ impl Found<'_> {
     pub fn on_all_else(labels: Vec<i32>) -> Self {
         let ground = labels.iter().map(|&label| label == UNLABELLED).collect();
         Self { labels, ground, surface: Marked::default(), loose: Vec::new(), apart: Vec::new() }
+    }
+
+    /// Checks that there are a label and a mark of ground for each cell.
+    pub(crate) fn require_fit(&self, grid: &Grid) -> Result<()> {
+        grid.require_each("labels", self.labels.len())?;
+        grid.require_each("marks of ground", self.ground.len())
     }
 
     /// Whether a cell is part of a bank that leads to higher ground.

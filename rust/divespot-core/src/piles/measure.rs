@@ -19,7 +19,7 @@ use super::window::{Reach, Window};
 use super::{alone, detection_limit, occluded_flank, occlusion_edge};
 use crate::cancel::Polled;
 use crate::connectivity::UNLABELLED;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::heightmap::Grid;
 use crate::parallel::map_each;
 use crate::thread_count;
@@ -72,9 +72,7 @@ pub fn measure(
     found: &Found,
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    if found.labels.len() != grid.len() || found.ground.len() != grid.len() {
-        return Err(Error::Degenerate("one label for each cell is needed"));
-    }
+    found.require_fit(grid)?;
     if found.loose.is_empty() {
         let mut objects = measured(grid, heights_m, found, settings)?;
         occlusion_edge::mark(grid, heights_m, heights_m, &mut objects);

@@ -168,9 +168,7 @@ pub fn measure_inside(
     found: &Found,
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    if found.labels.len() != grid.len() || found.ground.len() != grid.len() {
-        return Err(Error::Degenerate("one label for each cell is needed"));
-    }
+    found.require_fit(grid)?;
     let mut scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
     let mut lowest_m = vec![f64::NAN; grid.len()];
     for p in found.loose.iter().filter(|p| grid.holds(p)) {

@@ -2,7 +2,7 @@
 
 use super::faces::Faces;
 use super::found::Found;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::extent::without_lone;
 use crate::heightmap::Grid;
 
@@ -27,9 +27,7 @@ impl<'a> Scene<'a> {
         found: &Found,
         margin_m: f64,
     ) -> Result<Self> {
-        if heights_m.len() != grid.len() {
-            return Err(Error::Degenerate("one height for each cell is needed"));
-        }
+        grid.require_each("heights", heights_m.len())?;
         let mut heights_m = without_lone(grid, heights_m);
         let faces = Faces::of(grid, &heights_m, found, margin_m);
         let off_scan = faces.off_scan(grid, &heights_m);

@@ -8,7 +8,7 @@
 use crate::cancel::Polled;
 use crate::connectivity::{EIGHT, FOUR, UNLABELLED};
 use crate::count::to_f64;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::extent::off_scan_cells;
 use crate::harmonic::{Node, relax};
 use crate::heightmap::Grid;
@@ -64,9 +64,7 @@ pub struct Hills {
 /// # Ok::<(), divespot_core::Error>(())
 /// ```
 pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
-    if heights_m.len() != grid.len() {
-        return Err(Error::Degenerate("one height for each cell is needed"));
-    }
+    grid.require_each("heights", heights_m.len())?;
     let off_scan = off_scan_cells(grid, heights_m);
     let slopes = Slopes::of(grid, heights_m);
     let levels = Levels::of(grid, heights_m, &slopes, &off_scan);
