@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -69,58 +70,13 @@ class ResultFile:
             raise DivespotError(what) from None
 
 
-def _base(report: Report, path: str) -> None:
-    from divespot import save_base  # noqa: PLC0415 - slow to import
+def _later(module: str, name: str) -> Callable[..., None]:
+    """Return a function of a module that is imported when it is called: slow, or of an extra."""
 
-    save_base(report, path)
+    def save(*given: Any) -> None:  # noqa: ANN401 - what the function takes
+        getattr(import_module(module), name)(*given)
 
-
-def _outlines(report: Report, path: str) -> None:
-    from divespot import save_outlines  # noqa: PLC0415 - slow to import
-
-    save_outlines(report, path)
-
-
-def _gpkg(report: Report, path: str) -> None:
-    from divespot.results.geopackage import save_gpkg  # noqa: PLC0415 - needs the gis extra
-
-    save_gpkg(report, path)
-
-
-def _las(report: Report, path: str) -> None:
-    from divespot.results.las_points import save_las  # noqa: PLC0415 - slow to import
-
-    save_las(report, path)
-
-
-def _dem(report: Report, path: str) -> None:
-    from divespot.results.dem import save_dem  # noqa: PLC0415 - needs the raster extra
-
-    save_dem(report, path)
-
-
-def _mesh(report: Report, path: str) -> None:
-    from divespot.results.mesh import save_mesh  # noqa: PLC0415 - slow to import
-
-    save_mesh(report, path)
-
-
-def _picture(report: Report, path: str) -> None:
-    from divespot.plot import save_picture  # noqa: PLC0415 - needs the plot extra
-
-    save_picture(report, path)
-
-
-def _ground_picture(report: Report, path: str) -> None:
-    from divespot.plot import save_ground_picture  # noqa: PLC0415 - needs the plot extra
-
-    save_ground_picture(report, path)
-
-
-def _page(report: Report, path: str, survey: Survey | None) -> None:
-    from divespot.results.report_file import save_report  # noqa: PLC0415 - as above
-
-    save_report(report, path, survey)
+    return save
 
 
 #: In the order in which they are written; pictures come last.
@@ -130,21 +86,21 @@ FILES = (
         "PATH",
         "write the base surface as .ply, .npy or .xyz, for --base surface=PATH",
         POINTS,
-        _base,
+        _later("divespot.save", "save_base"),
     ),
     ResultFile(
         ("--geojson", "--save-outlines"),
         "PATH",
         "write the piles' outlines with their volumes as GeoJSON, for a GIS or --outline PATH",
         OUTLINES,
-        _outlines,
+        _later("divespot.results.outlines", "save_outlines"),
     ),
     ResultFile(
         ("--gpkg",),
         "PATH.gpkg",
         "write the outlines as a GeoPackage in the scan's reference system; needs the extra gis",
         GEOPACKAGE,
-        _gpkg,
+        _later("divespot.results.geopackage", "save_gpkg"),
         (".gpkg",),
     ),
     ResultFile(
@@ -152,7 +108,7 @@ FILES = (
         "PATH.las|.laz",
         "write the scan's points with class 2 for ground and an extra dimension for the pile",
         POINTS,
-        _las,
+        _later("divespot.results.las_points", "save_las"),
         (".las", ".laz"),
     ),
     ResultFile(
@@ -160,7 +116,7 @@ FILES = (
         "PATH.tif",
         "write surface, base and their difference as a GeoTIFF; needs the extra raster",
         DEM,
-        _dem,
+        _later("divespot.results.dem", "save_dem"),
         (".tif", ".tiff"),
     ),
     ResultFile(
@@ -168,7 +124,7 @@ FILES = (
         "PATH",
         "write each pile as a closed mesh of its surface and its base",
         POINTS,
-        _mesh,
+        _later("divespot.results.mesh", "save_mesh"),
         (".ply",),
     ),
     ResultFile(
@@ -176,7 +132,7 @@ FILES = (
         "PATH.html|.pdf",
         "write a page to read and sign: volumes, plan, sections, 3D view, uncertainties",
         PAGE,
-        _page,
+        _later("divespot.results.report_file", "save_report"),
         (".html", ".pdf"),
         is_drawn=True,
         is_page=True,
@@ -186,7 +142,7 @@ FILES = (
         "PATH.png|.svg|.pdf",
         "draw the plan: heights, outlines, and each pile's volume on it",
         PICTURE,
-        _picture,
+        _later("divespot.plot", "save_picture"),
         PICTURES,
         is_drawn=True,
     ),
@@ -195,7 +151,7 @@ FILES = (
         "PATH.png|.svg|.pdf",
         "draw the histogram of heights, with the ground and the height at which objects begin",
         PICTURE,
-        _ground_picture,
+        _later("divespot.plot", "save_ground_picture"),
         PICTURES,
         is_drawn=True,
     ),
