@@ -56,7 +56,7 @@ def ends_in(endings: tuple[str, ...]) -> Callable[[Any, Any, str | None], str | 
     def checked(_ctx: click.Context, _param: click.Parameter, path: str | None) -> str | None:
         if path is not None and endings and not path.lower().endswith(endings):
             raise click.BadParameter(
-                f"{path!r}: a name that ends in {' or '.join(endings)} is needed"
+                f"{path!r}: one of {', '.join(endings)} is needed as its ending"
             )
         return path
 
