@@ -30,17 +30,23 @@ const NEAR: usize = 3;
 /// An object that surrounds most of a shadow, and was mostly seen, has something on it and is
 /// exempt.
 pub(crate) fn mark(grid: &Grid, surface_m: &[f64], heights_m: &[f64], objects: &mut [Object]) {
-    let shadows = Occlusions::of(grid, heights_m);
     let is_steep = |o: &&Object| matches!(o.reason, Some(Reason::SteepSides | Reason::Apart));
-    let steep = objects.iter().filter(is_steep);
-    let cast: Vec<(f64, BTreeSet<usize>)> = steep
-        .map(|o| (o.max_height_m, o.covers_m.iter().flat_map(|p| shadows.near(p)).collect()))
-        .collect();
+    let steep: Vec<&Object> = objects.iter().filter(is_steep).collect();
+    if steep.is_empty() {
+        return;
+    }
+    let shadows = Occlusions::of(grid, heights_m);
+    let near = |o: &Object| o.covers_m.iter().flat_map(|p| shadows.near(p)).collect();
+    let cast: Vec<(f64, BTreeSet<usize>)> =
+        steep.into_iter().map(|o| (o.max_height_m, near(o))).collect();
     let lies = |o: &&mut Object| matches!(o.reason, None | Some(Reason::NotClear));
     for object in objects.iter_mut().filter(lies) {
         let higher = cast.iter().filter(|(height_m, _)| *height_m > object.max_height_m);
         let mut beside: BTreeSet<usize> =
             higher.flat_map(|(_, shadows)| shadows).copied().collect();
+        if beside.is_empty() {
+            continue;
+        }
         if mostly_seen(grid, surface_m, object) {
             beside.retain(|&shadow| !shadows.is_within(shadow, object));
         }
