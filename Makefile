@@ -7,6 +7,7 @@ BIN := $(VENV)/bin
 RUST := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+export PYO3_PYTHON := $(VIRTUAL_ENV)/bin/python
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 # The backend is maturin, by way of packaging/backend.py.
@@ -20,7 +21,10 @@ demo: build
 
 test: test-rust test-python
 
-check: lint-rust lint-python test test-checked
+# While one core links the release, the other compiles the tests.
+check:
+	+$(MAKE) --jobs=2 build lint-rust test-rust
+	+$(MAKE) lint-python test-python test-checked
 
 build: $(VENV)/built
 
@@ -37,8 +41,9 @@ $(VENV)/built: $(VENV)/made $(RUST) pyproject.toml
 	|| echo 'hdbscan has no wheel for this machine: the tests against it are skipped'
 	touch $@
 
-test-rust:
-	cargo test --package divespot-core --quiet
+# The binding has no tests: with it, test-checked finds its libraries compiled.
+test-rust: $(VENV)/made
+	cargo test --package divespot-core --package divespot-py --quiet
 
 # On all cores, a file of tests in one process: they share what they simulate.
 PYTEST := $(BIN)/python -m pytest -W error --numprocesses auto --dist loadfile
@@ -47,22 +52,21 @@ test-python: build
 	$(PYTEST)
 
 # The kernels again, built so that a sum that overflows or an assertion that fails is a panic.
-CHECKED := target/checked
+CHECKED := target/debug/python
 KERNELS := points voxel neighbors hdbscan histogram plane grid spacing
 
 test-checked: build
-	PYO3_PYTHON="$(VIRTUAL_ENV)/bin/python" cargo build --quiet --package divespot-py \
-	--target-dir $(CHECKED) --config profile.dev.opt-level=1
-	rm -rf $(CHECKED)/python && mkdir $(CHECKED)/python && cp -R python/divespot $(CHECKED)/python
-	cp "$$(ls $(CHECKED)/debug/lib_native.so $(CHECKED)/debug/lib_native.dylib 2>/dev/null)" \
-	"$$(ls $(CHECKED)/python/divespot/_native*.so)"
-	PYTHONPATH=$(CHECKED)/python $(PYTEST) $(KERNELS:%=tests/test_%.py)
+	cargo build --quiet --package divespot-core --package divespot-py
+	rm -rf $(CHECKED) && mkdir $(CHECKED) && cp -R python/divespot $(CHECKED)
+	cp "$$(ls target/debug/lib_native.so target/debug/lib_native.dylib 2>/dev/null)" \
+	"$$(ls $(CHECKED)/divespot/_native*.so)"
+	PYTHONPATH=$(CHECKED) $(PYTEST) $(KERNELS:%=tests/test_%.py)
 
 lint-rust: $(VENV)/made
 	@if cargo fmt --version >/dev/null 2>&1; then echo cargo fmt --check; cargo fmt --all --check; \
 	else echo 'NOT CHECKED: the format of Rust (rustup component add rustfmt)'; fi
 	@if cargo clippy --version >/dev/null 2>&1; then echo cargo clippy; \
-	PYO3_PYTHON="$(VIRTUAL_ENV)/bin/python" cargo clippy --workspace --all-targets --quiet -- -D warnings; \
+	cargo clippy --workspace --all-targets --quiet -- -D warnings; \
 	else echo 'NOT CHECKED: the lints of Rust (rustup component add clippy)'; fi
 
 lint-python: build
