@@ -8,9 +8,18 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 REAL_SCANS = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forget(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Let go of the scans and reports that the tests of a file share, once they have run."""
+    yield
+    for shared in vars(request.module).values():
+        if hasattr(shared, "cache_clear"):
+            shared.cache_clear()
 
 
 @pytest.fixture
