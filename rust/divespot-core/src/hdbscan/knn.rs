@@ -13,8 +13,8 @@ const CHUNK: usize = 64;
 /// twice as many neighbours of 8 bytes, and a buffer to sort them.
 pub(super) const BYTES_A_NEIGHBOR: usize = 300;
 
-/// Neighbours kept for each point. More would save later searches and cost memory. Decides no
-/// answer.
+/// Neighbours kept for each point: one more than its core distance needs, and at most so many. More
+/// would save later searches and cost memory. Decides no answer.
 const KEPT: usize = 12;
 
 /// Marks a neighbour farther than the core distance.
@@ -35,7 +35,7 @@ pub(super) struct Neighbors {
 /// Finds the `k` nearest others of every point; `k` must be below the number of points.
 pub(super) fn all_neighbors(tree: &BlockTree, k: usize, threads: usize) -> Neighbors {
     let count = tree.rows.len();
-    let width = KEPT.min(count - 1);
+    let width = KEPT.min(k + 1).min(count - 1);
     let mut cores = vec![[f32::INFINITY; LEAF]; tree.blocks.len()];
     let mut reaches = vec![0.0; count];
     let mut lists = vec![0; count * width];
