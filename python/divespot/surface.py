@@ -104,10 +104,10 @@ def _apart(
     it reached much; of a hovering body it reaches at most a few points that are near the surface.
     Points labelled as noise are left to the walk.
     """
-    thin, counts, voxel = voxels
+    _, counts, voxel = voxels
     cluster = labels + 1
     # Several times faster than voxel[is_on].
-    reached = np.bincount(cluster, np.bincount(voxel.compress(is_on), minlength=len(thin)))
+    reached = np.bincount(cluster, np.bincount(voxel.compress(is_on), minlength=len(counts)))
     held = np.bincount(cluster, counts)
     apart = reached < MUCH * np.minimum(held, is_on.sum())
     apart[0] = False

@@ -12,7 +12,8 @@ use crate::interrupt::attempted;
 use crate::piles::Map;
 use crate::points::{Column, Near, Rows, need, restored, rows};
 
-/// Means of voxels, number of points in each, and the voxel of each point.
+/// Means of voxels, unless they were clustered; number of points in each, and the voxel of each
+/// point.
 type VoxelParts<'py> = (Rows<'py>, Column<'py, u32>, Column<'py, u32>);
 
 /// Fewest points of a cluster, the neighbour whose distance is the core distance, and the distance
@@ -40,12 +41,14 @@ pub(crate) fn surface_and_clusters<'py>(
     let thin = || {
         let (mut voxels, of) = voxels_and_rows(points, voxel_m, threads)?;
         voxels.means = restored(origin, voxels.means);
-        let labels = clustering.map(|c| clusters(&voxels.means, c, threads)).transpose()?;
+        let mut label = |c| clusters(std::mem::take(&mut voxels.means), c, threads);
+        let labels = clustering.map(&mut label).transpose()?;
         Ok((voxels, of, labels))
     };
     let (mask, (voxels, of, labels)) = attempted(py, || {
-        let (mask, clusters) = both(threads, walk, thin);
-        Ok((mask?, clusters?))
+        let (mask, thinned) = both(threads, walk, thin);
+        let (mask, (voxels, of, labels)) = (mask?, thinned?);
+        Ok((mask, (voxels, of.of(points, threads), labels)))
     })?;
     let parts = (rows(py, voxels.means)?, voxels.counts.into_pyarray(py), of.into_pyarray(py));
     Ok((mask.into_pyarray(py), parts, labels.map(|labels| labels.into_pyarray(py))))
@@ -53,7 +56,7 @@ pub(crate) fn surface_and_clusters<'py>(
 
 /// The clusters of points connected across gaps below a distance; all points may be one.
 fn clusters(
-    points: &[Point],
+    points: Vec<Point>,
     (min_cluster_size, min_samples, cluster_selection_epsilon): Clustering,
     threads: usize,
 ) -> divespot_core::Result<Vec<i32>> {
@@ -61,6 +64,7 @@ fn clusters(
         return Ok(vec![-1; points.len()]);
     }
     let cloud = Cloud::new(points.len(), threads, |row| points[row]);
+    drop(points); // before clustering, which takes the most memory
     let settings = Settings {
         min_cluster_size,
         min_samples,

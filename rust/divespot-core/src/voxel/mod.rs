@@ -3,10 +3,12 @@
 
 mod dense;
 mod lattice;
+mod rows;
 mod sparse;
 
 pub(crate) use lattice::ANCHOR;
 pub use lattice::Voxels;
+pub use rows::Rows;
 
 use crate::error::positive;
 use crate::{Places, Point, Result, thread_count};
@@ -46,7 +48,7 @@ pub fn voxels_and_rows<'a>(
     points: impl Into<Places<'a>>,
     voxel_m: f64,
     threads: usize,
-) -> Result<(Voxels, Vec<u32>)> {
+) -> Result<(Voxels, Rows)> {
     thinned(points.into(), voxel_m, threads, true)
 }
 
@@ -56,7 +58,7 @@ fn thinned(
     voxel_m: f64,
     threads: usize,
     with_rows: bool,
-) -> Result<(Voxels, Vec<u32>)> {
+) -> Result<(Voxels, Rows)> {
     positive("voxel_m", voxel_m)?;
     let threads = thread_count(threads);
     let Some(bounds) = points.bounds(threads) else { return Ok(Default::default()) };
@@ -117,9 +119,10 @@ mod tests {
 
     #[test]
     fn each_point_lies_in_its_voxel() {
-        for voxel in [0.2, 1e-12] {
+        for voxel in [0.2, 0.06, 1e-12] {
             let points = cloud(5000, 2.0);
             let (voxels, rows) = voxels_and_rows(&points, voxel, 2).unwrap();
+            let rows = rows.of(&points, 2);
             assert_eq!(rows.len(), points.len());
             for (p, &row) in points.iter().zip(&rows) {
                 let mean = voxels.means[row as usize];

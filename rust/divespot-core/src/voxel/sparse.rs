@@ -5,6 +5,7 @@ use crate::parallel::map_chunks;
 use crate::{Places, Point};
 
 use super::lattice::{Grid, VoxelSums, Voxels};
+use super::rows::Rows;
 
 /// Voxels for a thread at a time. Decides no answer.
 const CHUNK: usize = 1024;
@@ -14,7 +15,7 @@ pub(super) fn voxels(
     grid: &Grid,
     threads: usize,
     with_rows: bool,
-) -> (Voxels, Vec<u32>) {
+) -> (Voxels, Rows) {
     let sorted = sort(points, grid, threads);
     let voxels: Vec<&[Keyed]> = sorted.chunk_by(|a, b| a.key == b.key).collect();
     let sums = map_chunks(voxels.len(), CHUNK, threads, |range| {
@@ -25,7 +26,7 @@ pub(super) fn voxels(
     for (voxel, held) in (0..).zip(&voxels).filter(|_| with_rows) {
         held.iter().for_each(|keyed| rows[keyed.row as usize] = voxel);
     }
-    (Voxels { means, counts }, rows)
+    (Voxels { means, counts }, Rows::Kept(rows))
 }
 
 /// The rows, sorted by z, y, x of their cells, with one key for each voxel.
