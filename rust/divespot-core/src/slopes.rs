@@ -1,6 +1,8 @@
 //! Which cells of a height map slope gently (less than 7.5°), measured over windows in which the
 //! noise of the slope is small.
 
+use std::collections::VecDeque;
+
 use crate::cancel::Polled;
 use crate::count::to_f64;
 use crate::heightmap::Grid;
@@ -28,18 +30,21 @@ impl Slopes {
     pub(crate) fn of(grid: &Grid, heights_m: &[f64]) -> Self {
         let noise_m = cell_noise(grid, heights_m);
         let reach = reach_of(grid, noise_m);
-        let sums = SummedArea::of(grid, heights_m);
         let half = to_f64(reach * (2 * reach + 1));
         let run = to_f64(reach + 1) * grid.cell_m;
-        let slope = |columns: &Span, rows: &Span| {
-            let mean = |columns, rows| sums.mean(columns, rows, half);
-            let along = mean(columns.after, rows.all) - mean(columns.before, rows.all);
-            let across = mean(columns.all, rows.after) - mean(columns.all, rows.before);
-            [along / run, across / run]
-        };
         let (columns, rows) = (Span::all(grid.columns, reach), Span::all(grid.rows, reach));
-        let line = |row| columns.iter().map(move |column| slope(column, row));
-        let slopes: Vec<[f64; 2]> = rows.iter().polled().flat_map(line).collect();
+        let mut sums = SummedArea::begun(grid, heights_m);
+        let mut slopes: Vec<[f64; 2]> = Vec::with_capacity(grid.len());
+        for row in rows.iter().polled() {
+            sums.go_on(row.all);
+            let [all, before, after] = [row.all, row.before, row.after].map(|rows| sums.rows(rows));
+            let slope = |column: &Span| {
+                let along = mean(all, column.after, half) - mean(all, column.before, half);
+                let across = mean(after, column.all, half) - mean(before, column.all, half);
+                [along / run, across / run]
+            };
+            slopes.extend(columns.iter().map(slope));
+        }
         let tilt = tilt_of(&slopes);
         let gentle = |s: &[f64; 2]| (s[0] - tilt[0]).hypotenuse(s[1] - tilt[1]) <= GENTLE;
         Self { reach, noise_m, gentle: slopes.iter().map(gentle).collect() }
@@ -49,8 +54,12 @@ impl Slopes {
 /// The slope of the whole scene, if it is flatter than any flank; for scans of hillsides that were
 /// not levelled.
 fn tilt_of(slopes: &[[f64; 2]]) -> [f64; 2] {
-    let known = |k: usize| slopes.iter().map(|s| s[k]).filter(|v| !v.is_nan()).collect();
-    let tilt = [0, 1].map(|k| median(known(k)));
+    let median_of = |k: usize| {
+        let mut known = Vec::with_capacity(slopes.len());
+        known.extend(slopes.iter().map(|s| s[k]).filter(|v| !v.is_nan()));
+        median(known)
+    };
+    let tilt = [0, 1].map(median_of);
     if tilt[0].hypotenuse(tilt[1]) < FLATTEST { tilt } else { [0.0; 2] }
 }
 
@@ -93,35 +102,59 @@ impl Span {
     }
 }
 
-/// Summed-area table of the seen heights and of their number.
+/// A row of a summed-area table: of the seen heights and of their number.
+type Sums = Vec<(f64, f64)>;
+
+/// The rows of the summed-area table that a window needs, as it moves up.
 struct SummedArea<'a> {
-    grid: &'a Grid,
-    sums: Vec<(f64, f64)>,
+    heights_m: std::slice::Chunks<'a, f64>,
+    rows: VecDeque<Sums>,
+    /// The number of the first of these rows.
+    first: usize,
 }
 
 impl<'a> SummedArea<'a> {
-    fn of(grid: &'a Grid, heights_m: &[f64]) -> Self {
-        let width = grid.columns + 1;
-        let mut sums = vec![(0.0, 0.0); width * (grid.rows + 1)];
-        for row in (0..grid.rows).polled() {
-            let mut line = (0.0, 0.0);
-            for column in 0..grid.columns {
-                let height = heights_m[row * grid.columns + column];
-                if !height.is_nan() {
-                    line = (line.0 + height, line.1 + 1.0);
-                }
-                let below = sums[row * width + column + 1];
-                sums[(row + 1) * width + column + 1] = (below.0 + line.0, below.1 + line.1);
-            }
-        }
-        Self { grid, sums }
+    fn begun(grid: &Grid, heights_m: &'a [f64]) -> Self {
+        let below = vec![(0.0, 0.0); grid.columns + 1];
+        let heights_m = heights_m.chunks(grid.columns.max(1));
+        Self { heights_m, rows: VecDeque::from([below]), first: 0 }
     }
 
-    /// Mean over some columns and rows; NaN if fewer than half of `cells` cells were seen.
-    fn mean(&self, (x0, x1): Ends, (y0, y1): Ends, cells: f64) -> f64 {
-        let at = |x: usize, y: usize| self.sums[y * (self.grid.columns + 1) + x];
-        let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
-        let (sum, count) = (d.0 - b.0 - c.0 + a.0, d.1 - b.1 - c.1 + a.1);
-        if 2.0 * count >= cells { sum / count } else { f64::NAN }
+    /// Adds the rows up to the window's last, and drops those before its first.
+    fn go_on(&mut self, (first, end): Ends) {
+        while self.first + self.rows.len() <= end
+            && let (Some(below), Some(heights_m)) = (self.rows.back(), self.heights_m.next())
+        {
+            let row = above(below, heights_m);
+            self.rows.push_back(row);
+        }
+        self.rows.drain(..first - self.first);
+        self.first = first;
     }
+
+    /// The rows below and above some rows of cells.
+    fn rows(&self, (first, end): Ends) -> [&Sums; 2] {
+        [first, end].map(|row| &self.rows[row - self.first])
+    }
+}
+
+/// The next row of a summed-area table.
+fn above(below: &Sums, heights_m: &[f64]) -> Sums {
+    let mut line = (0.0, 0.0);
+    let mut sums = Vec::with_capacity(below.len());
+    sums.push(below[0]);
+    for (height, below) in heights_m.iter().zip(&below[1..]) {
+        if !height.is_nan() {
+            line = (line.0 + height, line.1 + 1.0);
+        }
+        sums.push((below.0 + line.0, below.1 + line.1));
+    }
+    sums
+}
+
+/// Mean over some columns of some rows; NaN if fewer than half of `cells` cells were seen.
+fn mean([low, high]: [&Sums; 2], (x0, x1): Ends, cells: f64) -> f64 {
+    let (a, b, c, d) = (low[x0], low[x1], high[x0], high[x1]);
+    let (sum, count) = (d.0 - b.0 - c.0 + a.0, d.1 - b.1 - c.1 + a.1);
+    if 2.0 * count >= cells { sum / count } else { f64::NAN }
 }

@@ -75,32 +75,29 @@ impl Columns {
         (*above.first()? <= height_m + reach_m + gap_m).then(|| above[above.len() - 1])
     }
 
-    /// The lowest and highest point of a cell that are connected to `height_m` by points with gaps
-    /// of at most `gap_m`.
-    pub(crate) fn run(&self, cell: usize, height_m: f64, gap_m: f64) -> [f64; 2] {
+    /// The lowest point of a cell that is connected to `height_m` by points with gaps of at most
+    /// `gap_m`.
+    pub(crate) fn lowest(&self, cell: usize, height_m: f64, gap_m: f64) -> f64 {
         let heights = self.heights(cell);
-        let (below, above) = heights.split_at(heights.partition_point(|&z| z <= height_m));
-        let joined = |end: f64, z: &f64| (z - end).abs() <= gap_m;
-        let lowest = below
-            .iter()
-            .rev()
-            .try_fold(height_m, |end, z| if joined(end, z) { Ok(*z) } else { Err(end) });
-        let highest = above
-            .iter()
-            .try_fold(height_m, |end, z| if joined(end, z) { Ok(*z) } else { Err(end) });
-        [lowest, highest].map(|end| end.unwrap_or_else(|end| end))
+        let below = &heights[..heights.partition_point(|&z| z <= height_m)];
+        end_of_run(below.iter().rev(), height_m, gap_m)
+    }
+
+    /// The highest such point.
+    pub(crate) fn highest(&self, cell: usize, height_m: f64, gap_m: f64) -> f64 {
+        let heights = self.heights(cell);
+        let above = &heights[heights.partition_point(|&z| z <= height_m)..];
+        end_of_run(above.iter(), height_m, gap_m)
     }
 
     /// The number of points that make a surface in each cell: a share of what the cells around, or
     /// of the whole scene, typically hold, whichever is least. Along a wall and around a person,
     /// cells hold more.
-    pub(crate) fn needs(&self) -> Vec<u32> {
+    pub(crate) fn needs(&self) -> Needs {
         let across = |n: usize| n.div_ceil(BLOCK);
         let (columns, rows) = (across(self.grid.columns), across(self.grid.rows));
         let mut blocks: Vec<Vec<u32>> = vec![Vec::new(); columns * rows];
-        let block = |cell: usize| {
-            cell / self.grid.columns / BLOCK * columns + cell % self.grid.columns / BLOCK
-        };
+        let block = |cell: usize| block_of(cell, self.grid.columns);
         let count = |cell: usize| self.range(cell).len() as u32;
         for cell in (0..self.grid.len()).polled().filter(|&cell| count(cell) > 0) {
             blocks[block(cell)].push(count(cell));
@@ -109,9 +106,33 @@ impl Columns {
         let needs: Vec<u32> = blocks.into_iter().map(need).collect();
         let blocks = Grid { columns, rows, ..self.grid };
         let least = |at: usize| blocks.around(at, 1).map(|n| needs[n]).fold(scene, u32::min);
-        let needs: Vec<u32> = (0..needs.len()).map(least).collect();
-        (0..self.grid.len()).map(|cell| needs[block(cell)]).collect()
+        Needs { of_block: (0..needs.len()).map(least).collect(), columns: self.grid.columns }
     }
+}
+
+/// The number of points that make a surface, by blocks of cells.
+pub(crate) struct Needs {
+    pub(super) of_block: Vec<u32>,
+    /// Cells in a row of the grid.
+    pub(super) columns: usize,
+}
+
+impl Needs {
+    /// The number in a cell.
+    pub(crate) fn of(&self, cell: usize) -> usize {
+        self.of_block[block_of(cell, self.columns)] as usize
+    }
+}
+
+/// The block of a cell.
+fn block_of(cell: usize, columns: usize) -> usize {
+    cell / columns / BLOCK * columns.div_ceil(BLOCK) + cell % columns / BLOCK
+}
+
+/// The last of `heights` before a gap, counted from `height_m`.
+fn end_of_run<'a>(mut heights: impl Iterator<Item = &'a f64>, height_m: f64, gap_m: f64) -> f64 {
+    let joined = |end: f64, z: &f64| if (z - end).abs() <= gap_m { Ok(*z) } else { Err(end) };
+    heights.try_fold(height_m, joined).unwrap_or_else(|end| end)
 }
 
 /// Spacing of the scan lines on a face, in m; 0 where the points above a surface are closer than
@@ -234,8 +255,10 @@ mod tests {
     #[test]
     fn a_run_of_points_ends_where_the_gap_is_wider() {
         let columns = columns_of([1, 1], |_| vec![-5.0, -1.0, 0.0, 0.8, 1.7, 4.0]);
-        assert_eq!(columns.run(0, 0.1, 1.0), [-1.0, 1.7]);
-        assert_eq!(columns.run(0, 2.5, 1.0), [-1.0, 2.5]);
+        let run =
+            |height_m: f64| (columns.lowest(0, height_m, 1.0), columns.highest(0, height_m, 1.0));
+        assert_eq!(run(0.1), (-1.0, 1.7));
+        assert_eq!(run(2.5), (-1.0, 2.5));
     }
 
     #[test]
@@ -247,15 +270,15 @@ mod tests {
             _ => 40,
         };
         let needs = columns_of([24, 8], |cell| vec![0.0; counts(cell)]).needs();
-        assert!((0..needs.len()).all(|cell| needs[cell] == if cell % 24 < 16 { 3 } else { 10 }));
+        assert!((0..24 * 8).all(|cell| needs.of(cell) == if cell % 24 < 16 { 3 } else { 10 }));
         let bare = columns_of([9, 1], |cell| if cell < 8 { vec![0.0] } else { vec![] });
-        assert_eq!(bare.needs(), [1; 9]);
+        assert!((0..9).all(|cell| bare.needs().of(cell) == 1));
     }
 
     #[test]
     fn where_somebody_stands_no_more_points_are_needed_than_anywhere() {
         let needs =
             columns_of([24, 8], |cell| vec![0.0; if cell % 24 < 8 { 400 } else { 40 }]).needs();
-        assert!(needs.iter().all(|&need| need == 10));
+        assert!((0..24 * 8).all(|cell| needs.of(cell) == 10));
     }
 }

@@ -22,42 +22,36 @@ const SUPPORT: usize = 2;
 /// unaveraged, more loses feet beside shadows.
 const FEWEST: usize = 5;
 
-/// The points of one cell that are surface.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Taken {
-    /// Those within a distance of a height.
-    Near {
-        height_m: f64,
-        within_m: f64,
-    },
-    /// Those up to a height.
-    Face {
-        up_to_m: f64,
-    },
-    /// Those within a distance of a plane; boxed, since few cells need it.
-    Foot(Box<Foot>),
-    Nothing,
-}
-
-/// Points so near to a plane through a place.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Foot {
-    center_m: [f64; 2],
-    plane: [f64; 3],
-    within_m: f64,
+/// The points of each cell that are surface. Two numbers a cell: there are many cells.
+#[derive(Debug)]
+pub(crate) struct Taken {
+    grid: Grid,
+    reach: Reach,
+    /// Those near this height; none where it is NaN.
+    heights_m: Vec<f64>,
+    /// Those up to this height, in a cell of a face; NaN elsewhere.
+    faces_m: Vec<f64>,
+    /// Those near a plane, at the foot of a face, by cell in ascending order; few cells have one.
+    feet: Vec<(usize, [f64; 3])>,
 }
 
 impl Taken {
+    /// Whether a point is surface.
     pub(crate) fn takes(&self, p: &Point) -> bool {
-        match self {
-            Self::Near { height_m, within_m } => (p[2] - height_m).abs() <= *within_m,
-            Self::Face { up_to_m } => p[2] <= *up_to_m,
-            Self::Foot(foot) => {
-                let local = [p[0] - foot.center_m[0], p[1] - foot.center_m[1], 0.0];
-                (p[2] - value(&foot.plane.into(), &local)).abs() <= foot.within_m
-            }
-            Self::Nothing => false,
+        let cell = self.grid.cell(p);
+        let (height_m, face_m) = (self.heights_m[cell], self.faces_m[cell]);
+        match (height_m.is_nan(), face_m.is_nan()) {
+            (_, false) => p[2] <= face_m,
+            (false, _) => (p[2] - height_m).abs() <= self.reach.far_m,
+            (true, _) => self.foot_takes(cell, p),
         }
+    }
+
+    fn foot_takes(&self, cell: usize, p: &Point) -> bool {
+        let Ok(foot) = self.feet.binary_search_by_key(&cell, |foot| foot.0) else { return false };
+        let [x, y] = self.grid.center(cell);
+        let local = [p[0] - x, p[1] - y, 0.0];
+        (p[2] - value(&self.feet[foot].1.into(), &local)).abs() <= self.reach.near_m
     }
 }
 
@@ -65,43 +59,30 @@ impl Taken {
 /// belongs to the board.
 pub(crate) fn taken(
     columns: &Columns,
-    heights_m: &[f64],
+    mut heights_m: Vec<f64>,
     boards: &[usize],
     reach: Reach,
-) -> Vec<Taken> {
+) -> Taken {
     let (grid, reach_m) = (&columns.grid, reach.far_m);
     let mut top: Vec<f64> =
         (0..grid.len()).polled().map(|cell| top(columns, cell, heights_m[cell], reach_m)).collect();
     boards.iter().for_each(|&cell| top[cell] = f64::INFINITY);
-    let mut taken: Vec<Taken> = heights_m
-        .iter()
-        .map(|&height_m| match height_m.is_nan() {
-            true => Taken::Nothing,
-            false => Taken::Near { height_m, within_m: reach_m },
-        })
-        .collect();
     let mut faces: Vec<bool> = top.iter().map(|top| !top.is_nan()).collect();
     for face in components(grid, faces.clone(), &EIGHT).into_iter().polled() {
         let around = || face.iter().flat_map(|&cell| grid.around(cell, 1)).map(|n| heights_m[n]);
         let highest = around().fold(f64::NEG_INFINITY, f64::max);
         if face.iter().all(|&cell| top[cell] <= highest + reach_m) {
-            let level = |&&cell: &&usize| is_level(columns, heights_m, cell, top[cell], reach_m);
-            for &cell in face.iter().polled().filter(level) {
-                taken[cell] = Taken::Face { up_to_m: top[cell] };
-                faces[cell] = false;
-            }
+            let level = |&&cell: &&usize| is_level(columns, &heights_m, cell, top[cell], reach_m);
+            face.iter().polled().filter(level).for_each(|&cell| faces[cell] = false);
         }
     }
-    for cell in (0..grid.len()).polled().filter(|&c| faces[c] && !heights_m[c].is_nan()) {
-        taken[cell] = match foot(grid, heights_m, &faces, cell) {
-            Some(plane) => {
-                let (center_m, within_m) = (grid.center(cell), reach.near_m);
-                Taken::Foot(Box::new(Foot { center_m, plane, within_m }))
-            }
-            None => Taken::Nothing,
-        };
+    let at_foot = |&cell: &usize| faces[cell] && !heights_m[cell].is_nan();
+    let plane = |cell| Some((cell, foot(grid, &heights_m, &faces, cell)?));
+    let feet = (0..grid.len()).polled().filter(at_foot).filter_map(plane).collect();
+    for cell in (0..grid.len()).filter(|&cell| faces[cell]) {
+        (heights_m[cell], top[cell]) = (f64::NAN, f64::NAN);
     }
-    taken
+    Taken { grid: *grid, reach, heights_m, faces_m: top, feet }
 }
 
 /// The highest point that rises from the surface in a cell; NaN if none does. In a cell without
@@ -172,12 +153,19 @@ mod tests {
     #[test]
     fn what_is_taken_lies_where_the_surface_is() {
         let at = |z: f64| [0.5, 0.5, z];
-        let near = Taken::Near { height_m: 1.0, within_m: 0.5 };
+        let taken = |height_m: f64, face_m: f64, plane: Option<[f64; 3]>| Taken {
+            grid: Grid { origin_m: [-0.5, -0.5], cell_m: 1.0, columns: 1, rows: 1 },
+            reach: Reach { far_m: 0.5, near_m: 0.1 },
+            heights_m: vec![height_m],
+            faces_m: vec![face_m],
+            feet: plane.map(|plane| (0, plane)).into_iter().collect(),
+        };
+        let near = taken(1.0, f64::NAN, None);
         assert!(near.takes(&at(1.5)) && !near.takes(&at(1.6)) && !near.takes(&at(0.4)));
-        assert!(Taken::Face { up_to_m: 1.0 }.takes(&at(-3.0)) && !Taken::Nothing.takes(&at(0.0)));
-        assert!(!Taken::Face { up_to_m: 1.0 }.takes(&at(1.1)));
-        let foot = Foot { center_m: [0.0, 0.0], plane: [0.0, 1.0, 0.0], within_m: 0.1 };
-        let foot = Taken::Foot(Box::new(foot));
+        let nothing = taken(f64::NAN, f64::NAN, None);
+        assert!(taken(0.5, 1.0, None).takes(&at(-3.0)) && !nothing.takes(&at(0.0)));
+        assert!(!taken(0.5, 1.0, None).takes(&at(1.1)));
+        let foot = taken(f64::NAN, f64::NAN, Some([0.0, 1.0, 0.0]));
         assert!(foot.takes(&at(0.55)) && !foot.takes(&at(0.3)));
     }
 }

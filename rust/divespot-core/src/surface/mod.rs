@@ -15,7 +15,7 @@ mod walk;
 
 pub use hills::{Hills, hills, hills_and_holes};
 
-use columns::Columns;
+use columns::{Columns, Needs};
 use faces::Taken;
 use levels::{Levels, NONE};
 use walk::{Reach, mean, walk};
@@ -87,7 +87,7 @@ pub fn surface_points_on<'a>(
     let mut mask = vec![false; points.len()];
     fill_chunks(&mut mask, CHUNK, threads, |first, piece| {
         let places = points.within(first..first + piece.len());
-        piece.iter_mut().zip(places).for_each(|(on, p)| *on = taken[grid.cell(&p)].takes(&p));
+        piece.iter_mut().zip(places).for_each(|(on, p)| *on = taken.takes(&p));
     });
     Ok(mask)
 }
@@ -99,7 +99,7 @@ fn taken_points(
     noise_m: f64,
     anywhere: bool,
     threads: usize,
-) -> Vec<Taken> {
+) -> Taken {
     let columns = Columns::of(points, grid, threads);
     let needs = columns.needs();
     let lowest = lowest_layer(&columns, &needs, noise_m, threads);
@@ -112,16 +112,16 @@ fn taken_points(
     let ground: Vec<bool> = heights_m.iter().map(|h| !h.is_nan()).collect();
     walk(&columns, &mut heights_m, &needs, reach);
     let boards = boards::without_boards(&columns, &mut heights_m, &ground, noise_m);
-    faces::taken(&columns, &heights_m, &boards, reach)
+    faces::taken(&columns, heights_m, &boards, reach)
 }
 
 /// Height of the lowest layer in each cell, in m; NaN where there is none.
-fn lowest_layer(columns: &Columns, needs: &[u32], noise_m: f64, threads: usize) -> Vec<f64> {
+fn lowest_layer(columns: &Columns, needs: &Needs, noise_m: f64, threads: usize) -> Vec<f64> {
     let band_m = (LAYER_SIGMAS * noise_m).max(LAYER_CELLS * columns.grid.cell_m);
     let mut lowest_m = vec![f64::NAN; columns.grid.len()];
     fill_chunks(&mut lowest_m, CHUNK, threads, |first, piece| {
         for (lowest_m, cell) in piece.iter_mut().zip(first..) {
-            *lowest_m = lowest(columns.heights(cell), needs[cell], band_m);
+            *lowest_m = lowest(columns.heights(cell), needs.of(cell), band_m);
         }
     });
     lowest_m
@@ -141,8 +141,7 @@ fn seeds(grid: &Grid, lowest: &[f64]) -> Vec<f64> {
 }
 
 /// Mean of the lowest layer with enough points; NaN where there is none.
-fn lowest(heights_m: &[f64], need: u32, band_m: f64) -> f64 {
-    let need = need as usize;
+fn lowest(heights_m: &[f64], need: usize, band_m: f64) -> f64 {
     let enough = |first: &usize| {
         heights_m.get(first + need - 1).is_some_and(|last| last - heights_m[*first] <= band_m)
     };

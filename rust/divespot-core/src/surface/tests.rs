@@ -106,7 +106,8 @@ fn seed(heights: &[f64], noise_m: f64) -> f64 {
         heights.iter().map(move |&z| [x, y, z])
     };
     let columns = Columns::of(&(0..grid.len()).flat_map(over).collect::<Vec<Point>>(), grid, 1);
-    seeds(&grid, &lowest_layer(&columns, &vec![4; grid.len()], noise_m, 1))[210]
+    let needs = Needs { of_block: vec![4; grid.len()], columns: grid.columns };
+    seeds(&grid, &lowest_layer(&columns, &needs, noise_m, 1))[210]
 }
 
 #[test]
@@ -141,7 +142,7 @@ fn twin_expected(grid: &Grid, heights_m: &[f64], cell: usize, from: usize, most_
 
 /// The walk by its definition: of all cells reached and not yet left, the one with the best
 /// agreement goes first.
-fn twin_walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach_m: f64) {
+fn twin_walk(columns: &Columns, heights_m: &mut [f64], needs: &Needs, reach_m: f64) {
     let grid = &columns.grid;
     let mut waiting: Vec<(f64, usize)> =
         (0..grid.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| (0.0, c)).collect();
@@ -159,7 +160,7 @@ fn twin_walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach_m: f
             let expected = twin_expected(grid, heights_m, n, cell, 2.0 * reach_m);
             let all = columns.heights(n).iter().copied();
             let near: Vec<f64> = all.clone().filter(|z| (z - expected).abs() <= reach_m).collect();
-            if near.len() < needs[n] as usize {
+            if near.len() < needs.of(n) {
                 continue;
             }
             heights_m[n] = mean(&near);

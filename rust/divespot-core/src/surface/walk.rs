@@ -10,7 +10,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::columns::Columns;
+use super::columns::{Columns, Needs};
 use crate::cancel::poll;
 use crate::connectivity::FOUR;
 use crate::heightmap::Grid;
@@ -26,9 +26,10 @@ const BEND: f64 = 0.3;
 ///
 /// Cells are settled in the order of their agreement with the settled cells around; ties go to the
 /// cell with the lower index. The walk ends where points rise from a cell, at the foot of a face.
-pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reach: Reach) {
-    let mut queue: BinaryHeap<Reverse<(u64, usize)>> =
-        (0..heights_m.len()).filter(|&c| !heights_m[c].is_nan()).map(|c| Reverse((0, c))).collect();
+pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &Needs, reach: Reach) {
+    let is_open = |cell: usize| columns.grid.neighbors(cell, &FOUR).any(|n| heights_m[n].is_nan());
+    let ends = (0..heights_m.len()).filter(|&cell| !heights_m[cell].is_nan() && is_open(cell));
+    let mut queue: BinaryHeap<Reverse<(u64, usize)>> = ends.map(|c| Reverse((0, c))).collect();
     while let Some(Reverse((_, cell))) = queue.pop() {
         poll();
         for n in columns.grid.neighbors(cell, &FOUR) {
@@ -37,7 +38,7 @@ pub(crate) fn walk(columns: &Columns, heights_m: &mut [f64], needs: &[u32], reac
             }
             let expected = expected_from(&columns.grid, heights_m, n, cell, reach.far_m);
             let near = columns.between(n, expected - reach.far_m, expected + reach.far_m);
-            if near.len() >= needs[n] as usize {
+            if near.len() >= needs.of(n) {
                 heights_m[n] = mean(near);
                 if columns.rises(n, heights_m[n], reach.far_m).is_none() {
                     queue.push(Reverse(((heights_m[n] - expected).abs().to_bits(), n)));
