@@ -131,14 +131,14 @@ impl Harmonic {
         origin_m: [f64; 2],
         size_m: [f64; 2],
         cell_m: f64,
-        annulus: &[[f64; 3]],
+        annulus: impl Iterator<Item = [f64; 3]> + Clone,
     ) -> Self {
         let step_m = (size_m[0].max(size_m[1]) / NODES as f64).max(cell_m);
         let nodes = size_m.map(|s| (s / step_m).ceil() as usize + 1);
         let mut harmonic =
             Self { origin_m, step_m, columns: nodes[0], heights_m: vec![0.0; nodes[0] * nodes[1]] };
-        let nodes = harmonic.gather(annulus);
-        let largest = annulus.iter().map(|p| p[2].abs()).fold(0.0, f64::max);
+        let nodes = harmonic.gather(annulus.clone());
+        let largest = annulus.map(|p| p[2].abs()).fold(0.0, f64::max);
         relax(&mut harmonic.heights_m, harmonic.columns, &nodes, largest);
         harmonic
     }
@@ -162,9 +162,9 @@ impl Harmonic {
     }
 
     /// Adds every cell to the data of its nearest node.
-    fn gather(&self, annulus: &[[f64; 3]]) -> Vec<Node> {
+    fn gather(&self, annulus: impl Iterator<Item = [f64; 3]>) -> Vec<Node> {
         let mut data: Vec<Node> = (0..self.heights_m.len()).map(Node::free).collect();
-        for p in annulus.iter().polled() {
+        for p in annulus.polled() {
             let (x, y) = self.place([p[0], p[1]]);
             let node = y.round() as usize * self.columns + x.round() as usize;
             data[node].weight += PULL;
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn a_saddle_is_crossed_as_a_soap_film_would() {
         let saddle = |x: f64, y: f64| 0.01 * ((x - 19.5).powi(2) - (y - 19.5).powi(2));
-        let harmonic = Harmonic::stretched([0.0; 2], [40.0; 2], 1.0, &annulus(saddle));
+        let harmonic = Harmonic::stretched([0.0; 2], [40.0; 2], 1.0, annulus(saddle).into_iter());
         for [x, y] in [[19.5, 19.5], [25.0, 19.5], [19.5, 10.0], [12.0, 14.0]] {
             assert!(
                 (harmonic.at([x, y]) - saddle(x, y)).abs() < 0.2,
@@ -224,9 +224,9 @@ mod tests {
     #[test]
     fn noise_is_averaged_and_a_level_ring_gives_a_level_film() {
         let noisy = annulus(|x, y| if (x + y) as i32 % 2 == 0 { 1.1 } else { 0.9 });
-        let harmonic = Harmonic::stretched([0.0; 2], [40.0; 2], 1.0, &noisy);
+        let harmonic = Harmonic::stretched([0.0; 2], [40.0; 2], 1.0, noisy.into_iter());
         assert!((harmonic.at([19.5, 19.5]) - 1.0).abs() < 0.01);
-        let level = Harmonic::stretched([0.0; 2], [4.0; 2], 1.0, &[[0.0, 0.0, 0.25]]);
+        let level = Harmonic::stretched([0.0; 2], [4.0; 2], 1.0, [[0.0, 0.0, 0.25]].into_iter());
         assert!((level.at([3.0, 1.0]) - 0.25).abs() < 1e-4);
     }
 
@@ -260,15 +260,19 @@ mod tests {
         // Halfway between nodes a step apart a chord of x² lies a quarter of a square step too high.
         let harmonic = Harmonic::sampled([0.0; 2], 48.0, |[x, _]| x * x);
         assert!((harmonic.at([0.5, 3.0]) - 0.5).abs() < 1e-12);
-        let wide = Harmonic::stretched([0.0; 2], [96.0, 1.0], 1.0, &[[0.0, 0.0, 1.0]]);
+        let wide = Harmonic::stretched([0.0; 2], [96.0, 1.0], 1.0, [[0.0, 0.0, 1.0]].into_iter());
         assert_eq!((wide.columns, wide.step_m), (49, 2.0));
     }
 
     #[test]
     fn a_cell_pulls_a_fifth_as_much_as_a_neighbouring_node() {
         // a = (b + 0.2) / 1.2 and b = a / 1.2.
-        let harmonic =
-            Harmonic::stretched([0.0; 2], [1.0, 0.0], 1.0, &[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
+        let harmonic = Harmonic::stretched(
+            [0.0; 2],
+            [1.0, 0.0],
+            1.0,
+            [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]].into_iter(),
+        );
         assert!((harmonic.at([0.0; 2]) - 0.24 / 0.44).abs() < 1e-4, "{}", harmonic.at([0.0; 2]));
     }
 }

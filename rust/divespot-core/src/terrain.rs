@@ -20,17 +20,16 @@ pub struct Terrain {
 /// The surface through the cells that are `ground`; `reach` is the half-width, in cells, of the
 /// window in which their slope was measured.
 pub(crate) fn terrain_of(grid: &Grid, heights_m: &[f64], ground: &[bool], reach: usize) -> Terrain {
-    let seen: Vec<usize> =
-        (0..grid.len()).filter(|&c| ground[c] && !heights_m[c].is_nan()).collect();
-    let level_m = median(seen.iter().map(|&cell| heights_m[cell]).collect());
-    let place = |&cell: &usize| {
+    let seen = (0..grid.len()).filter(|&c| ground[c] && !heights_m[c].is_nan());
+    let level_m = median(seen.clone().map(|cell| heights_m[cell]).collect());
+    let place = |cell: usize| {
         let [x, y] = grid.center(cell);
         [x, y, heights_m[cell] - level_m]
     };
-    let points: Vec<[f64; 3]> = seen.iter().map(place).collect();
+    let points = seen.map(place);
     let size = [grid.columns, grid.rows].map(|n| to_f64(n) * grid.cell_m);
-    let harmonic = Harmonic::stretched(grid.origin_m, size, grid.cell_m, &points);
-    let off = |p: &[f64; 3]| p[2] - harmonic.at([p[0], p[1]]);
+    let harmonic = Harmonic::stretched(grid.origin_m, size, grid.cell_m, points.clone());
+    let off = |p: [f64; 3]| p[2] - harmonic.at([p[0], p[1]]);
     let beside = cells_beside(grid, heights_m, reach, ground);
     let height = |cell: usize| match heights_m[cell] {
         seen if ground[cell] && !seen.is_nan() => seen,
@@ -38,7 +37,7 @@ pub(crate) fn terrain_of(grid: &Grid, heights_m: &[f64], ground: &[bool], reach:
     };
     Terrain {
         surface_m: (0..grid.len()).polled().map(height).collect(),
-        noise_m: scale(points.iter().polled().map(off)),
+        noise_m: scale(points.polled().map(off)),
     }
 }
 
@@ -53,7 +52,8 @@ fn cells_beside(grid: &Grid, heights_m: &[f64], reach: usize, ground: &[bool]) -
         let most = |at| row[around(at, row.len())].iter().fold(f64::NEG_INFINITY, highest);
         along.extend((0..row.len()).map(most));
     }
-    let mut all = vec![f64::NEG_INFINITY; heights.len()];
+    drop(heights);
+    let mut all = vec![f64::NEG_INFINITY; along.len()];
     for (at, line) in all.chunks_mut(grid.columns.max(1)).enumerate().polled() {
         for row in around(at, grid.rows) {
             let other = &along[row * grid.columns..][..grid.columns];

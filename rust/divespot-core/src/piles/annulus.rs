@@ -28,6 +28,7 @@ pub(crate) fn annulus_plane(window: &Window) -> Option<(Base, Vec<[f64; 3]>)> {
 /// The base of an object: plane through the annulus, kriging with the ground beyond it, and banks.
 pub(crate) fn annulus_base(window: &Window) -> Option<Base> {
     let (plane, mut ground) = annulus_plane(window)?;
+    ground.reserve_exact(seen(window, Zone::Far).count());
     ground.extend(seen(window, Zone::Far));
     let footprint = footprint_of(window, plane.center_m);
     Some(banks::with_banks(plane.with_kriging(&ground, &footprint), window))

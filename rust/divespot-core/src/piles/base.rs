@@ -174,13 +174,15 @@ impl Base {
         let stray = REACH * self.wander_m;
         let left: Vec<_> = annulus.iter().map(off).filter(|p| p[2].abs() <= stray).collect();
         let size = [window.columns, window.rows].map(|n| n as f64 * window.cell_m);
-        self.harmonic = Some(Harmonic::stretched(window.origin_m, size, window.cell_m, &left));
+        self.harmonic =
+            Some(Harmonic::stretched(window.origin_m, size, window.cell_m, left.into_iter()));
         self
     }
 
     /// The base under a footprint, from block kriging of the `ground` around it.
     pub(crate) fn with_kriging(self, ground: &[[f64; 3]], footprint: &Footprint) -> Self {
-        let nodes = Nodes::of(&without_breakline(self.breakline, about(self.center_m, ground)));
+        let off_line = |p| off_breakline(self.breakline, relative_to(self.center_m, p));
+        let nodes = Nodes::of(ground.iter().map(off_line));
         let points = nodes.points();
         let sectors = Sectors::of(&points);
         let Some(plane) = robust_plane(&points, &sectors, self.kind) else { return self };
@@ -215,7 +217,7 @@ impl Base {
         let sectors = Sectors::of(&local);
         let kind = if sectors.widest_gap() < ONE_SIDE { Kind::Annulus } else { Kind::AnnulusLevel };
         let breakline = if kind == Kind::Annulus { Breakline::found(&local, cell_m) } else { None };
-        let local = without_breakline(breakline, local);
+        let local: Vec<_> = local.into_iter().map(|p| off_breakline(breakline, p)).collect();
         let plane = robust_plane(&local, &sectors, kind)?;
         let mut off = residuals(&local, &plane);
         let noise_m = scale(off.iter().copied());
@@ -242,15 +244,16 @@ impl Base {
 
 /// The cells, in plan relative to a centre.
 fn about(center_m: [f64; 2], cells: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    cells.iter().map(|p| [p[0] - center_m[0], p[1] - center_m[1], p[2]]).collect()
+    cells.iter().map(|p| relative_to(center_m, p)).collect()
 }
 
-/// The heights relative to the breakline, if there is one.
-fn without_breakline(breakline: Option<Breakline>, mut local: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
-    if let Some(breakline) = breakline {
-        local.iter_mut().for_each(|p| p[2] -= breakline.at(p[0], p[1]));
-    }
-    local
+fn relative_to(center_m: [f64; 2], p: &[f64; 3]) -> [f64; 3] {
+    [p[0] - center_m[0], p[1] - center_m[1], p[2]]
+}
+
+/// A cell with its height relative to the breakline, if there is one.
+fn off_breakline(breakline: Option<Breakline>, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [x, y, breakline.map_or(z, |breakline| z - breakline.at(x, y))]
 }
 
 fn residuals(local: &[[f64; 3]], plane: &Vector3<f64>) -> Vec<f64> {

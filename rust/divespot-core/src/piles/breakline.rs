@@ -100,7 +100,7 @@ impl Breakline {
     ///
     /// It must fit clearly better than a smoothly bent floor with as many parameters.
     pub(crate) fn found(annulus: &[[f64; 3]], cell_m: f64) -> Option<Self> {
-        let nodes = Nodes::of(annulus);
+        let nodes = Nodes::of(annulus.iter().copied());
         let plane = nodes.basis(|x, y| vec![1.0, x, y])?;
         let bent = nodes.basis(|x, y| vec![1.0, x, y, x * x, y * y, x * y])?;
         let left = without(&plane, &nodes.heights);
@@ -281,7 +281,7 @@ mod tests {
         let bend = Breakline::found(&local, CELL);
         let bend_at = |x: f64, y: f64| bend.map_or(0.0, |b| b.at(x, y));
         local.iter_mut().for_each(|p| p[2] -= bend_at(p[0], p[1]));
-        let plane = Nodes::of(&local).plane_under(|_, _| 0.0).unwrap();
+        let plane = Nodes::of(local.iter().copied()).plane_under(|_, _| 0.0).unwrap();
         let at = |i: i32| f64::from(i) * 0.005;
         let disc = (-90..90).flat_map(|i| (-90..90).map(move |j| (at(i), at(j))));
         let inside = disc.filter(|(x, y)| x.hypot(*y) < 0.45);
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn lines_are_tried_each_ten_degrees_and_sixteenth_of_what_leaves_a_tenth_beyond() {
-        let nodes = Nodes::of(&annulus(|_, _| 0.0));
+        let nodes = Nodes::of(annulus(|_, _| 0.0).into_iter());
         let tried = lines(&nodes);
         let upright: Vec<&Line> = tried.iter().filter(|line| line.angle_rad == 0.0).collect();
         let turned = tried.iter().map(|line| line.angle_rad).find(|angle| *angle > 0.0);
@@ -354,7 +354,7 @@ mod tests {
 
     #[test]
     fn what_is_four_deviations_off_counts_no_more_than_strays() {
-        let nodes = Nodes::of(&annulus(|_, _| 0.0));
+        let nodes = Nodes::of(annulus(|_, _| 0.0).into_iter());
         let plane = nodes.basis(|x, y| vec![1.0, x, y]).unwrap();
         let count = nodes.places.len();
         let left = DVector::from_fn(count, |i, _| if i % 10 == 0 { 100.0 } else { 1.0 });
@@ -370,7 +370,7 @@ mod tests {
     /// What the best crease leaves of a ring, as a share of what a bent floor does; and what that
     /// leaves, in the noise of a cell.
     fn left(annulus: &[[f64; 3]]) -> (f64, f64) {
-        let nodes = Nodes::of(annulus);
+        let nodes = Nodes::of(annulus.iter().copied());
         let plane = nodes.basis(|x, y| vec![1.0, x, y]).unwrap();
         let bent = nodes.basis(|x, y| vec![1.0, x, y, x * x, y * y, x * y]).unwrap();
         let left = without(&plane, &nodes.heights);

@@ -294,7 +294,7 @@ mod tests {
         let seen = |(p, i): ([f64; 2], u64)| {
             [p[0], p[1], height(p) + NOISE * normal(seed.wrapping_mul(1 << 20) + i)]
         };
-        let nodes = Nodes::of(&ground.zip(0..).map(seen).collect::<Vec<_>>());
+        let nodes = Nodes::of(ground.zip(0..).map(seen).collect::<Vec<_>>().into_iter());
         let places: Vec<_> = places_of().filter(|p| radius(p) < 0.5).collect();
         let footprint = Footprint { size_m: CELL * to_f64(places.len()).sqrt(), places };
         let found = Kriging::new(&nodes, &footprint, true, line).expected().unwrap();

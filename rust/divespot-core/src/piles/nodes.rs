@@ -30,26 +30,26 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
-    pub(crate) fn of(annulus: &[[f64; 3]]) -> Self {
+    pub(crate) fn of(annulus: impl Iterator<Item = [f64; 3]> + Clone) -> Self {
         let range = |k: usize| {
-            let ends = annulus.iter().map(|p| p[k]);
+            let ends = annulus.clone().map(|p| p[k]);
             (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max))
         };
         let (x, y) = (range(0), range(1));
         let size_m = (x.1 - x.0).max(y.1 - y.0).max(f64::MIN_POSITIVE);
-        let step_m = size_m / (to_f64(annulus.len()) / CELLS).sqrt().clamp(1.0, NODES);
-        let mut cells: BTreeMap<(usize, usize), Vec<[f64; 3]>> = BTreeMap::new();
+        let step_m = size_m / (to_f64(annulus.clone().count()) / CELLS).sqrt().clamp(1.0, NODES);
+        let mut squares: BTreeMap<(usize, usize), Square> = BTreeMap::new();
         for p in annulus {
             let key = (((p[0] - x.0) / step_m) as usize, ((p[1] - y.0) / step_m) as usize);
-            cells.entry(key).or_default().push(*p);
+            squares.entry(key).or_default().add(p);
         }
         let mut off = Vec::new();
         let (mut places, mut roots, mut heights) = (Vec::new(), Vec::new(), Vec::new());
-        for cells in cells.values() {
+        for Square { sums, heights: cells } in squares.into_values() {
             let count = to_f64(cells.len());
-            let middle = middle_of(cells.iter().map(|p| p[2]).collect());
-            off.extend(cells.iter().map(|p| p[2] - middle));
-            places.push([0, 1].map(|k| cells.iter().map(|p| p[k]).sum::<f64>() / count));
+            let middle = middle_of(cells.clone());
+            off.extend(cells.iter().map(|height| height - middle));
+            places.push(sums.map(|sum| sum / count));
             roots.push(count.sqrt());
             heights.push(count.sqrt() * middle);
         }
@@ -103,6 +103,20 @@ impl Nodes {
     }
 }
 
+/// The cells of one square: the sums of their x and y, and their heights.
+#[derive(Default)]
+struct Square {
+    sums: [f64; 2],
+    heights: Vec<f64>,
+}
+
+impl Square {
+    fn add(&mut self, [x, y, height]: [f64; 3]) {
+        self.sums = [self.sums[0] + x, self.sums[1] + y];
+        self.heights.push(height);
+    }
+}
+
 /// The median, interpolated between the two middle values: with few values the upper one is biased.
 fn middle_of(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
@@ -124,7 +138,7 @@ mod tests {
         // Squares of so many cells along a side; a side is one shorter than their middles are.
         let along = |side: i32| {
             let at = |i: i32| [f64::from(i % side), f64::from(i / side), 0.0];
-            let nodes = Nodes::of(&(0..side * side).map(at).collect::<Vec<_>>());
+            let nodes = Nodes::of((0..side * side).map(at));
             nodes.size_m / nodes.step_m
         };
         assert!((along(30) - 30.0 / 3.0_f64.sqrt()).abs() < 1e-9, "{}", along(30));

@@ -14,7 +14,7 @@ use crate::harmonic::{Node, relax};
 use crate::heightmap::Grid;
 use crate::hypotenuse::Hypotenuse;
 use crate::material::{NEVER_STEEPER, STEEPEST_POURED};
-use crate::order::{Keyed, sort_by_key};
+use crate::order::sort_by;
 use crate::parallel::map_each;
 use crate::slopes::Slopes;
 use crate::terrain::{Terrain, terrain_of};
@@ -65,6 +65,13 @@ pub struct Hills {
 /// ```
 pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
     grid.require_each("heights", heights_m.len())?;
+    let (labels, ground, reach) = labelled(grid, heights_m);
+    Ok(Hills { labels, terrain: terrain_of(grid, heights_m, &ground, reach), ground })
+}
+
+/// The labels of the hills, the cells of the ground, and the half-width of the window in which
+/// their slope was measured.
+fn labelled(grid: &Grid, heights_m: &[f64]) -> (Vec<i32>, Vec<bool>, usize) {
     let off_scan = off_scan_cells(grid, heights_m);
     let slopes = Slopes::of(grid, heights_m);
     let levels = Levels::of(grid, heights_m, &slopes, &off_scan);
@@ -82,8 +89,7 @@ pub fn hills(grid: &Grid, heights_m: &[f64]) -> Result<Hills> {
         let tree = PathTree::grown(&relief, &order, &ground, prominence_m);
         let joined = banks(&levels, &tree, &is_ground);
         if joined.is_empty() {
-            let terrain = terrain_of(grid, heights_m, &ground, slopes.reach);
-            return Ok(Hills { labels: components(grid, &tree), ground, terrain });
+            return (components(grid, &tree), ground, slopes.reach);
         }
         joined.into_iter().for_each(|part| is_ground[part] = true);
     }
@@ -132,8 +138,8 @@ fn smoothed(grid: &Grid, heights_m: &[f64]) -> Vec<f64> {
 fn downhill(heights_m: &[f64], off_scan: &[bool]) -> Vec<u32> {
     let cells = (0..).zip(heights_m).zip(off_scan);
     let seen = cells.filter(|((_, h), off_scan)| !**off_scan && !h.is_nan());
-    let keyed = seen.map(|((row, h), _)| Keyed { key: !ascending(*h), row }).collect();
-    sort_by_key(keyed).into_iter().map(|keyed| keyed.row).collect()
+    let cells = seen.map(|((cell, _), _)| cell).collect();
+    sort_by(cells, |&cell: &u32| !ascending(heights_m[cell as usize]))
 }
 
 /// An integer that sorts as `f64::total_cmp` does.
