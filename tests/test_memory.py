@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import weakref
+from typing import Any
 
 import pytest
+
+import divespot
+from divespot import pipeline, simulate
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc and RLIMIT_AS")
 
@@ -60,3 +65,23 @@ def test_too_little_memory_is_an_error(name: str, megabytes: int) -> None:
     assert ended.stdout.startswith(("MemoryError: ", "done"))
     if megabytes == 15:
         assert ended.stdout.startswith("MemoryError: there is no memory for ")
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="there, callers hold what they passed")
+def test_points_are_freed_once_they_have_been_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    held: list[weakref.ref[Any]] = []
+    find_surface = pipeline.find_surface
+
+    def watched(*given: Any) -> Any:  # noqa: ANN401 - as find_surface
+        surface = find_surface(*given)
+        held.append(weakref.ref(surface.points))
+        return surface
+
+    monkeypatch.setattr(pipeline, "find_surface", watched)
+    alive: dict[str, bool] = {}
+    points = simulate.scan("shape-05", density=0.03).points
+    divespot.measure(
+        points, on_stage=lambda stage: alive.update({stage: any(ref() is not None for ref in held)})
+    )
+    assert alive["volume"]
+    assert not alive["holes"]

@@ -231,9 +231,7 @@ _Measuring: TypeAlias = tuple[
 _FoundArrays: TypeAlias = tuple[
     NDArray[np.int32],
     NDArray[np.bool_],
-    NDArray[np.float64],
-    NDArray[np.bool_],
-    NDArray[np.bool_],
+    list[NDArray[np.float64] | NDArray[np.bool_]],
 ]
 
 def measure_objects(

@@ -57,8 +57,8 @@ def measure_differences(
     The difference of the scans over unchanged ground gives the detection limit and the uncertainty.
     """
     nothing = np.full(grid.heights_m.size, -1, dtype=np.int32)
-    others = measure_objects(surface, grid, nothing, bases, settings)
     loose = surface.points[~surface.is_on]
+    others = measure_objects(surface, grid, nothing, bases, settings)
     objects, base_m = _native.measure_difference(
         (grid.heights_m, grid.counts, loose),
         None if earlier is None else (earlier.grid.heights_m, earlier.grid.counts, earlier.loose),

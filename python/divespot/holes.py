@@ -10,6 +10,7 @@ import numpy as np
 from divespot import _native
 from divespot.objects import Measured, measuring
 from divespot.reasons import NOT_CLEAR, THIN
+from divespot.surface import Surface
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,13 +31,13 @@ def with_holes(measured: Measured, grid: HeightMap, bases: Bases, settings: Sett
     labels = _clear_of(hills, below.hills)
     if not np.any(labels >= 0):
         return measured
-    nowhere = np.empty((0, 3)), np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.bool_)
+    nowhere = Surface.of_all(np.empty((0, 3)))
     own = dataclasses.replace(bases, ground=below, compared={})
     found, _ = _native.measure_objects(
         -grid.heights_m,
         grid.origin_m,
         grid.cell_m,
-        (labels, below.is_ground, *nowhere),
+        (labels, below.is_ground, nowhere.handed_over()),
         measuring(grid, own, settings),
     )
     holes = [item.as_hole() for item in found if item.reason not in NONE]

@@ -27,15 +27,9 @@ if TYPE_CHECKING:
     from divespot.outline_file import Region
     from divespot.settings import Settings
     from divespot.stages import Stages
-    from divespot.surface import Surface
+    from divespot.surface import HandedOver, Surface
 
-    Found: TypeAlias = tuple[
-        NDArray[np.int32],
-        NDArray[np.bool_],
-        NDArray[np.float64],
-        NDArray[np.bool_],
-        NDArray[np.bool_],
-    ]
+    Found: TypeAlias = tuple[NDArray[np.int32], NDArray[np.bool_], HandedOver]
     Measuring: TypeAlias = tuple[
         int,
         float,
@@ -163,7 +157,7 @@ def measure_objects(
     bases: Bases,
     settings: Settings,
 ) -> Measured:
-    """Integrate each object above its base, its toe included.
+    """Integrate each object above its base, its toe included. The surface is handed over.
 
     Touching piles are split; boxes end where the points on their flat top end.
     """
@@ -181,7 +175,7 @@ def _found(labels: NDArray[np.int32], bases: Bases, surface: Surface) -> Found:
     """Return what was found in a height map, as the kernel takes it."""
     is_ground = bases.ground.is_ground
     ground = labels < 0 if is_ground is None else is_ground
-    return labels, ground, surface.points, surface.is_on, surface.is_apart
+    return labels, ground, surface.handed_over()
 
 
 def measure_regions(
@@ -191,7 +185,10 @@ def measure_regions(
     bases: Bases,
     settings: Settings,
 ) -> Measured:
-    """Integrate everything inside each outline, exactly to the line."""
+    """Integrate everything inside each outline, exactly to the line.
+
+    The surface is handed over.
+    """
     outline = name_of(settings.outline or "inside")
     rings = [[ring.tolist() for ring in region.rings] for region in regions]
     hills = bases.ground.hills

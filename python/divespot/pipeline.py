@@ -90,8 +90,9 @@ def measure(
     """
     s = as_settings(settings, **changes)
     run = Progress(on_stage)
-    cloud = run("read", load, source, s)
-    return measure_again(measure_cloud, cloud, s, run) if s.repeat else measure_cloud(cloud, s, run)
+    if s.repeat:
+        return measure_again(measure_cloud, run("read", load, source, s), s, run)
+    return measure_cloud(run("read", load, source, s), s, run)  # nothing else may hold the points
 
 
 def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
@@ -105,7 +106,8 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
     pose = run("pose", common_pose, points, scan, before, cloud, s)
     points = run("rotation", pose.laid_level, points, s.threads)
     points, gaps = run("gaps", close_gaps, points, s)
-    surface = run("surface", find_surface, points, scan, s)
+    surface, count = run("surface", find_surface, points, scan, s), len(points)
+    del points  # the surface has them, until they are handed over
     grid = run("height map", map_heights, surface, s)
     ground, s = run("ground", find_ground, grid, scan, s)
     frame = Frame(pose, cloud.origin_m, cloud.source.unit, cloud.scale)
@@ -113,6 +115,7 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
     earlier = run("earlier surface", map_earlier, before, pose, surface, grid, s)
     bases = run("base", find_bases, grid, ground, frame, earlier, s)
     is_held = not s.is_outlined and is_held_against(grid, ground, s)
+    places_m = gaps.opened(surface.points) if blocks else None
     if s.is_outlined:
         regions = run("outline", find_regions, s, frame, cloud.source.crs, run.warn)
         measured = run("volume", measure_regions, surface, grid, regions, bases, s)
@@ -122,8 +125,7 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
         measured = measure_standing(surface, grid, bases, s, run)
     base_m = whole_base(grid, bases, measured.base_m, s)
     found = describe(measured, closed, Rounding.of(cloud, pose, scan), s, cloud.registration)
-    if blocks and not is_held:
-        places_m = gaps.opened(surface.points)
+    if blocks and places_m is not None and not is_held:
         whole = Overview(cloud, blocks, places_m, frame, bases, measured.regions, asked, s)
         found, s = run("windows", measure_windows, whole, found, run)
     piles, others, drawn = reported(found)
@@ -132,7 +134,7 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
         piles=piles,
         other_objects=others,
         total=Total.of(piles, s),
-        ground=ground_in_scan(pose, ground, cloud, len(points)),
+        ground=ground_in_scan(pose, ground, cloud, count),
         settings=s,
         timings_s=run.timings_s,
         warnings=run.told(
@@ -141,7 +143,7 @@ def measure_cloud(cloud: Cloud, s: Settings, run: Progress) -> Report:
             *pose.warnings,
             *unknown(base_m, measured.base_m),
             *unsure(measured, earlier),
-            *doubts(piles, others, pose, len(points), s),
+            *doubts(piles, others, pose, count, s),
         ),
         scene=Level(grid, base_m, ground.height_m, drawn, frame, gaps, measured.spread),
     )

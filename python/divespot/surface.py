@@ -20,11 +20,15 @@ if TYPE_CHECKING:
     from divespot.spacing import Survey
 
     Voxels: TypeAlias = tuple[NDArray[np.float64], NDArray[np.uint32], NDArray[np.uint32]]
+    HandedOver: TypeAlias = list[NDArray[np.float64] | NDArray[np.bool_]]
 
 NO_GROUND = (
     "no ground is in view, only slopes or objects on it: a scan that shows the ground around the "
     "piles is needed, or a base (height=H or surface=FILE)"
 )
+
+#: The marks of no points.
+NOTHING = np.zeros(0, np.bool_)
 
 #: Edge, in point spacings, of the cells of the walk: each holds several points.
 WALKED = 2.0
@@ -41,9 +45,9 @@ MUCH = 0.1
 THINNED = 3.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Surface:
-    """Levelled points, and whether they are on the surface.
+    """Levelled points, and whether they are on the surface; nothing once they are handed over.
 
     Attributes
     ----------
@@ -60,6 +64,17 @@ class Surface:
     is_on: NDArray[np.bool_]
     is_apart: NDArray[np.bool_]
 
+    @classmethod
+    def of_all(cls, points: NDArray[np.float64]) -> Surface:
+        """Return points all of which are on the surface."""
+        return cls(points, np.ones(len(points), np.bool_), np.zeros(len(points), np.bool_))
+
+    def handed_over(self) -> HandedOver:
+        """Return all three to a kernel that frees them once it has used them."""
+        handed_over: HandedOver = [self.points, self.is_on, self.is_apart]
+        self.points, self.is_on, self.is_apart = self.points[:0].copy(), NOTHING, NOTHING
+        return handed_over
+
 
 def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) -> Surface:
     """Walk the surface from the ground; points it cannot reach belong to other objects.
@@ -73,9 +88,8 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
         No ground is in view.
 
     """
-    nothing = np.zeros(len(points), dtype=np.bool_)
     if settings.stages.ground_form == "level":
-        return Surface(points, ~nothing, nothing)
+        return Surface.of_all(points)
     few = settings.stages.surface == "triangles"
     cell_m = WALKED * scan.spacing_m if few else given(settings.cell_m)
     anywhere = not needs_ground(settings)
@@ -85,7 +99,7 @@ def find_surface(points: NDArray[np.float64], scan: Survey, settings: Settings) 
         points, cell_m, scan.roughness_m, anywhere, voxel_m, clustering, settings.threads
     )
     if anywhere and _cells(points[is_on], cell_m) < WALKABLE * _cells(points, cell_m):
-        return Surface(points, ~nothing, nothing)
+        return Surface.of_all(points)
     if labels is None:
         labels = find_clusters(voxels[0], settings.radius_m, settings)
     is_apart = _apart(is_on, voxels, labels)

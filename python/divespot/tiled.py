@@ -215,6 +215,7 @@ def _found(overview: Overview, window: Window, cloud: Cloud) -> tuple[list[Descr
     frame, quiet = overview.frame, Progress(None)
     points, scan, s = cleaned(cloud, overview.asked, quiet)
     surface = find_surface(frame.pose.laid_level(points, s.threads), scan, s)
+    del points  # the surface has them, until they are handed over
     grid = map_heights(surface, s)
     ground, s = find_ground(grid, scan, s)
     bases = replace(overview.bases, ground=ground)

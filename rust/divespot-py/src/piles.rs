@@ -2,11 +2,11 @@
 
 use divespot_core::heightmap::Grid;
 use divespot_core::piles::{
-    self, Base, Budget, Found, Kind, Marked, Object, Region, Seen, Settings,
+    self, Base, Budget, Found, Inside, Kind, Marked, Object, Region, Seen, Settings, Standing,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict};
+use pyo3::types::{IntoPyDict, PyDict, PyList};
 
 use crate::array::{ReadonlyArray1, ReadonlyArray2};
 use crate::bases::RawBase;
@@ -171,7 +171,7 @@ type Measured<'py> = (Vec<RawObject>, Bound<'py, PyArray2<f64>>);
 fn measured<'py>(
     py: Python<'py>,
     map: &Map,
-    measure: impl Fn() -> divespot_core::Result<Vec<Object>> + Sync,
+    measure: impl FnOnce() -> divespot_core::Result<Vec<Object>> + Send,
 ) -> PyResult<Measured<'py>> {
     let (base_m, objects) =
         attempted(py, || measure().map(|objects| (piles::base_map(&map.grid, &objects), objects)))?;
@@ -179,15 +179,12 @@ fn measured<'py>(
     Ok((objects.into_iter().map(RawObject::from).collect(), base_m))
 }
 
-/// Labels and marks of ground of the cells; points, which are on the surface, and which are apart.
-type FoundArrays<'py> = (
-    ReadonlyArray1<'py, i32>,
-    ReadonlyArray1<'py, bool>,
-    ReadonlyArray2<'py, f64>,
-    ReadonlyArray1<'py, bool>,
-    ReadonlyArray1<'py, bool>,
-);
+/// Labels and marks of ground of the cells; and a list of points, which are on the surface, and
+/// which are apart from the ground. The list is emptied, and what it held is freed once it has been
+/// used.
+type FoundArrays<'py> = (ReadonlyArray1<'py, i32>, ReadonlyArray1<'py, bool>, Bound<'py, PyList>);
 
+/// The objects that stand on the ground.
 #[pyfunction]
 pub(crate) fn measure_objects<'py>(
     py: Python<'py>,
@@ -198,14 +195,32 @@ pub(crate) fn measure_objects<'py>(
     measuring: Measuring<'py>,
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
-    let found = found_from(&found)?;
+    let (labels, ground, points) = found;
+    let points = taken(&points)?;
+    let found = found_from(&labels, &ground, &points)?;
     let settings = settings_of(measuring);
-    measured(py, &map, || piles::measure(&map.grid, &map.heights_m, &found, &settings))
+    let standing = attempted(py, || Standing::of(&map.grid, &map.heights_m, &found, &settings))?;
+    let found = found.without_points();
+    drop(points);
+    measured(py, &map, || Ok(standing.measured(&found, &settings)))
+}
+
+/// Points, which of them are on the surface, and which are apart from the ground.
+type Points<'py> = (ReadonlyArray2<'py, f64>, ReadonlyArray1<'py, bool>, ReadonlyArray1<'py, bool>);
+
+/// The arrays of a list, which is left empty.
+fn taken<'py>(list: &Bound<'py, PyList>) -> PyResult<Points<'py>> {
+    let points = list.to_tuple().extract()?;
+    list.del_slice(0, list.len())?;
+    Ok(points)
 }
 
 /// The points are borrowed, since nothing else holds them.
-fn found_from<'a>(found: &'a FoundArrays<'_>) -> PyResult<Found<'a>> {
-    let (labels, ground, points, is_on, is_apart) = found;
+fn found_from<'a>(
+    labels: &ReadonlyArray1<'_, i32>,
+    ground: &ReadonlyArray1<'_, bool>,
+    (points, is_on, is_apart): &'a Points<'_>,
+) -> PyResult<Found<'a>> {
     let labels: Vec<i32> = labels.as_array().iter().copied().collect();
     let ground: Vec<bool> = ground.as_array().iter().copied().collect();
     let all = points.as_slice()?.as_chunks::<3>().0;
@@ -246,7 +261,8 @@ pub(crate) fn measure_difference<'py>(
     let map = Map::new(&later.0, origin_m, cell_m);
     let (later, earlier) = (seen(&later)?, earlier.as_ref().map(seen).transpose()?);
     let settings = settings_of(measuring);
-    measured(py, &map, || piles::measure_difference(&map.grid, &later, earlier.as_ref(), &settings))
+    let earlier = earlier.as_ref();
+    measured(py, &map, || piles::measure_difference(&map.grid, &later, earlier, &settings))
 }
 
 /// As `measure_objects`, inside outlines; for each region the lines around it, then its holes.
@@ -262,9 +278,12 @@ pub(crate) fn measure_inside<'py>(
 ) -> PyResult<Measured<'py>> {
     let map = Map::new(&heights_m, origin_m, cell_m);
     let regions: Vec<Region> = regions.into_iter().map(|rings| Region { rings }).collect();
-    let found = found_from(&found)?;
+    let (labels, ground, points) = found;
+    let points = taken(&points)?;
+    let found = found_from(&labels, &ground, &points)?;
     let settings = settings_of(measuring);
-    measured(py, &map, || {
-        piles::measure_inside(&map.grid, &map.heights_m, &regions, &found, &settings)
-    })
+    let inside = attempted(py, || Inside::of(&map.grid, &map.heights_m, &found, &settings))?;
+    let found = found.without_points();
+    drop(points);
+    measured(py, &map, || inside.measured(&regions, &found, &settings))
 }

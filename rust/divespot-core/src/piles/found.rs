@@ -53,6 +53,10 @@ impl Found<'_> {
     #[must_use]
     pub fn on_all_else(labels: Vec<i32>) -> Self {
         let ground = labels.iter().map(|&label| label == UNLABELLED).collect();
+        Self::of_cells(labels, ground)
+    }
+
+    fn of_cells(labels: Vec<i32>, ground: Vec<bool>) -> Self {
         Self { labels, ground, surface: Marked::default(), loose: Vec::new(), apart: Vec::new() }
     }
 
@@ -60,6 +64,12 @@ impl Found<'_> {
     pub(crate) fn require_fit(&self, grid: &Grid) -> Result<()> {
         grid.require_each("labels", self.labels.len())?;
         grid.require_each("marks of ground", self.ground.len())
+    }
+
+    /// The same, when the points are no longer needed.
+    #[must_use]
+    pub fn without_points(self) -> Found<'static> {
+        Found::of_cells(self.labels, self.ground)
     }
 
     /// Whether a cell is part of a bank that leads to higher ground.

@@ -21,7 +21,7 @@ use crate::cancel::Polled;
 use crate::connectivity::UNLABELLED;
 use crate::error::Result;
 use crate::heightmap::Grid;
-use crate::parallel::map_each;
+use crate::parallel::{both, map_each};
 use crate::thread_count;
 
 /// Measures every object in a levelled height map, and the things off its surface.
@@ -72,58 +72,85 @@ pub fn measure(
     found: &Found,
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    found.require_fit(grid)?;
-    if found.loose.is_empty() {
-        let mut objects = measured(grid, heights_m, found, settings)?;
-        occlusion_edge::mark(grid, heights_m, heights_m, &mut objects);
-        return Ok(objects);
-    }
-    let things = Things::of(grid, heights_m, found, settings);
-    let parts = map_each(&[false, true], thread_count(settings.threads), |&off| match off {
-        false => measured(grid, heights_m, found, settings),
-        true => measured(grid, &things.with_things_m, &things.found, settings)
-            .map(|objects| things.judged(objects, settings)),
-    });
-    let mut objects = parts.into_iter().collect::<Result<Vec<_>>>()?.concat();
-    occlusion_edge::mark(grid, heights_m, &things.with_things_m, &mut objects);
-    Ok(objects)
+    Ok(Standing::of(grid, heights_m, found, settings)?.measured(found, settings))
 }
 
-fn measured(
-    grid: &Grid,
-    heights_m: &[f64],
-    found: &Found,
-    settings: &Settings,
-) -> Result<Vec<Object>> {
-    let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
+/// A scene of which the points have been used: what is left to measure needs its cells alone.
+pub struct Standing<'a> {
+    heights_m: &'a [f64],
+    scene: Scene<'a>,
+    /// The things off the surface, measured, and the heights with them.
+    things: Option<(Vec<Object>, Vec<f64>)>,
+}
+
+impl<'a> Standing<'a> {
+    /// Finds the faces, and measures the things.
+    ///
+    /// # Errors
+    ///
+    /// As [`measure`].
+    pub fn of(
+        grid: &'a Grid,
+        heights_m: &'a [f64],
+        found: &Found,
+        settings: &Settings,
+    ) -> Result<Self> {
+        found.require_fit(grid)?;
+        let scene = || Scene::new(grid, heights_m, found, settings.margin_m);
+        let things = || -> Result<_> {
+            if found.loose.is_empty() {
+                return Ok(None);
+            }
+            let things = Things::of(grid, heights_m, found, settings);
+            let (heights_m, found) = (&things.with_things_m, &things.found);
+            let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
+            let objects = things.judged(measured(&scene, found, settings), settings);
+            Ok(Some((objects, things.with_things_m)))
+        };
+        let (scene, things) = both(settings.threads, scene, things);
+        Ok(Self { heights_m, scene: scene?, things: things? })
+    }
+
+    /// Measures the objects on the surface; lists them and the things. Of what was `found`, only
+    /// labels and ground are needed.
+    #[must_use]
+    pub fn measured(self, found: &Found, settings: &Settings) -> Vec<Object> {
+        let mut objects = measured(&self.scene, found, settings);
+        let (things, with_things_m) = self.things.unzip();
+        objects.extend(things.into_iter().flatten());
+        let with_things_m = with_things_m.as_deref().unwrap_or(self.heights_m);
+        occlusion_edge::mark(self.scene.grid, self.heights_m, with_things_m, &mut objects);
+        objects
+    }
+}
+
+fn measured(scene: &Scene<'_>, found: &Found, settings: &Settings) -> Vec<Object> {
+    let grid = scene.grid;
     let noise_m = settings.ground.noise_m;
     let heights_m = &scene.heights_m;
     let open = found.open(grid, heights_m);
     let around = Around { grid, heights_m, open, ground: &found.ground, noise_m };
-    let divided = Divided::of(&scene, found);
-    let whole = windows(&scene, &divided.labels, &around, settings);
+    let divided = Divided::of(scene, found);
+    let whole = windows(scene, &divided.labels, &around, settings);
     // With no toe (the paper's method), an object is exactly the cells that were found.
     if settings.toe_cells == 0 {
-        return Ok(whole
-            .iter()
-            .map(|(n, window)| object_of(*n, window, window, settings))
-            .collect());
+        return whole.iter().map(|(n, window)| object_of(*n, window, window, settings)).collect();
     }
     let bases = bases_of(&whole, &planes_of(&whole, settings), settings);
     drop(whole);
-    let labels = clear_of_ground(&scene, &divided.labels, &bases, settings);
+    let labels = clear_of_ground(scene, &divided.labels, &bases, settings);
     let alone = |(n, found, whole): (i32, Window, Window)| -> Vec<Object> {
-        let parts = alone::alone(found, whole, &scene, settings);
+        let parts = alone::alone(found, whole, scene, settings);
         parts.iter().map(|(found, whole)| object_of(n, found, whole, settings)).collect()
     };
-    let pairs = with_their_flanks(&scene, &labels, &around, settings);
+    let pairs = with_their_flanks(scene, &labels, &around, settings);
     let mut objects = map_each(pairs, thread_count(settings.threads), alone).concat();
     detection_limit::mark(&mut objects, settings);
     if settings.base.is_none() {
         let walled_in = objects.iter_mut().filter(|o| o.label >= divided.first_apart);
         walled_in.for_each(|object| object.reason = Some(Reason::CutOff));
     }
-    Ok(objects)
+    objects
 }
 
 /// The objects, each as it was found and with its occluded flanks.

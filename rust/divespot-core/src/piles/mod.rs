@@ -57,10 +57,10 @@ pub use budget::Budget;
 pub use coverage::Ring;
 pub use difference::{Seen, measure_difference};
 pub use found::{Found, Marked};
-pub use measure::{base_map, measure};
+pub use measure::{Standing, base_map, measure};
 pub use object::Object;
 pub use reason::Reason;
-pub use region::{Region, measure_inside};
+pub use region::{Inside, Region, measure_inside};
 pub use settings::Settings;
 pub use surface::Surface;
 

@@ -168,29 +168,71 @@ pub fn measure_inside(
     found: &Found,
     settings: &Settings,
 ) -> Result<Vec<Object>> {
-    found.require_fit(grid)?;
-    let mut scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
-    let mut lowest_m = vec![f64::NAN; grid.len()];
-    for p in found.loose.iter().filter(|p| grid.holds(p)) {
-        let lowest = &mut lowest_m[grid.cell(p)];
-        *lowest = lowest.min(p[2]);
+    Inside::of(grid, heights_m, found, settings)?.measured(regions, found, settings)
+}
+
+/// A scene of which the points have been used: measuring inside outlines needs its cells alone.
+pub struct Inside<'a> {
+    scene: Scene<'a>,
+    /// Whether something hides the surface.
+    covered: Vec<bool>,
+}
+
+impl<'a> Inside<'a> {
+    /// Finds the faces, and what is covered.
+    ///
+    /// # Errors
+    ///
+    /// As [`measure_inside`].
+    pub fn of(
+        grid: &'a Grid,
+        heights_m: &[f64],
+        found: &Found,
+        settings: &Settings,
+    ) -> Result<Self> {
+        found.require_fit(grid)?;
+        let mut scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
+        let mut lowest_m = vec![f64::NAN; grid.len()];
+        for p in found.loose.iter().filter(|p| grid.holds(p)) {
+            let lowest = &mut lowest_m[grid.cell(p)];
+            *lowest = lowest.min(p[2]);
+        }
+        scene.off_scan = off_scan(grid, &scene.heights_m, &lowest_m);
+        let covered =
+            (0..grid.len()).map(|c| is_covered(grid, &scene.heights_m, c, lowest_m[c])).collect();
+        Ok(Self { scene, covered })
     }
-    scene.off_scan = off_scan(grid, &scene.heights_m, &lowest_m);
-    let covered: Vec<bool> =
-        (0..grid.len()).map(|c| is_covered(grid, &scene.heights_m, c, lowest_m[c])).collect();
-    let parts: Vec<Vec<(usize, Coverage)>> =
-        regions.iter().zip(1..).map(|(region, n)| region.parts(grid, n)).collect::<Result<_>>()?;
-    let mut labels = vec![UNLABELLED; grid.len()];
-    parts.iter().flatten().for_each(|(cell, _)| labels[*cell] = OTHERS);
-    let measured = (0i32..).zip(regions.iter().zip(&parts)).map(|(label, (region, parts))| {
-        let number = label as usize + 1;
-        let nothing = Error::Outline { number, problem: NOTHING };
-        let window = window_of(&scene, found, &labels, parts, settings).ok_or(nothing)?;
-        let settings = Settings { toe_cells: 0, ..settings.clone() };
-        let in_it = |p: [f64; 2]| covered[grid.cell(&p)];
-        Ok(inside(label, region, window, in_it, &scene, &settings))
-    });
-    measured.collect()
+
+    /// Measures inside each outline. Of what was `found`, only the ground is needed.
+    ///
+    /// # Errors
+    ///
+    /// As [`measure_inside`].
+    pub fn measured(
+        self,
+        regions: &[Region],
+        found: &Found,
+        settings: &Settings,
+    ) -> Result<Vec<Object>> {
+        let Self { scene, covered } = self;
+        let grid = scene.grid;
+        let parts: Vec<Vec<(usize, Coverage)>> = regions
+            .iter()
+            .zip(1..)
+            .map(|(region, n)| region.parts(grid, n))
+            .collect::<Result<_>>()?;
+        let mut labels = vec![UNLABELLED; grid.len()];
+        parts.iter().flatten().for_each(|(cell, _)| labels[*cell] = OTHERS);
+        let measured = (0i32..).zip(regions.iter().zip(&parts)).map(|(label, (region, parts))| {
+            let number = label as usize + 1;
+            let nothing = Error::Outline { number, problem: NOTHING };
+            let window = window_of(&scene, found, &labels, parts, settings).ok_or(nothing)?;
+            let settings = Settings { toe_cells: 0, ..settings.clone() };
+            let in_it = |p: [f64; 2]| covered[grid.cell(&p)];
+            Ok(inside(label, region, window, in_it, &scene, &settings))
+        });
+        measured.collect()
+    }
 }
 
 /// Standard uncertainty of the volume in the unseen part of a region, in m³: from the last seen
