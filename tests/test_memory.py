@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import divespot
-from divespot import pipeline, simulate
+from divespot import pipeline, simulate, surface
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc and RLIMIT_AS")
 
@@ -70,12 +70,12 @@ def test_too_little_memory_is_an_error(name: str, megabytes: int) -> None:
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="there, callers hold what they passed")
 def test_points_are_freed_once_they_have_been_used(monkeypatch: pytest.MonkeyPatch) -> None:
     held: list[weakref.ref[Any]] = []
-    find_surface = pipeline.find_surface
+    find_surface = surface.find_surface
 
     def watched(*given: Any) -> Any:  # noqa: ANN401 - as find_surface
-        surface = find_surface(*given)
-        held.append(weakref.ref(surface.points))
-        return surface
+        found = find_surface(*given)
+        held.append(weakref.ref(found.points))
+        return found
 
     monkeypatch.setattr(pipeline, "find_surface", watched)
     alive: dict[str, bool] = {}

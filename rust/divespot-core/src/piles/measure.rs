@@ -75,16 +75,23 @@ pub fn measure(
     Ok(Standing::of(grid, heights_m, found, settings)?.measured(found, settings))
 }
 
-/// A scene of which the points have been used: what is left to measure needs its cells alone.
-pub struct Standing<'a> {
+/// A scene whose points have been used.
+pub enum Standing<'a> {
+    /// There are things, which only their points tell from what hangs over the surface: they and
+    /// the objects on the surface have been measured.
+    Measured(Vec<Object>),
+    /// Nothing is off the surface: to measure what is on it takes its cells alone.
+    Cells(Cells<'a>),
+}
+
+/// The cells of a scene in which nothing is off the surface.
+pub struct Cells<'a> {
     heights_m: &'a [f64],
     scene: Scene<'a>,
-    /// The things off the surface, measured, and the heights with them.
-    things: Option<(Vec<Object>, Vec<f64>)>,
 }
 
 impl<'a> Standing<'a> {
-    /// Finds the faces, and measures the things.
+    /// Uses the points.
     ///
     /// # Errors
     ///
@@ -96,31 +103,34 @@ impl<'a> Standing<'a> {
         settings: &Settings,
     ) -> Result<Self> {
         found.require_fit(grid)?;
-        let scene = || Scene::new(grid, heights_m, found, settings.margin_m);
-        let things = || -> Result<_> {
-            if found.loose.is_empty() {
-                return Ok(None);
-            }
-            let things = Things::of(grid, heights_m, found, settings);
-            let (heights_m, found) = (&things.with_things_m, &things.found);
-            let scene = Scene::new(grid, heights_m, found, settings.margin_m)?;
-            let objects = things.judged(measured(&scene, found, settings), settings);
-            Ok(Some((objects, things.with_things_m)))
+        let scene = |heights_m, found| Scene::new(grid, heights_m, found, settings.margin_m);
+        if found.loose.is_empty() {
+            return Ok(Self::Cells(Cells { heights_m, scene: scene(heights_m, found)? }));
+        }
+        let things = Things::of(grid, heights_m, found, settings);
+        let on_surface = || Ok(measured(&scene(heights_m, found)?, found, settings));
+        let off_surface = || {
+            let scene = scene(&things.with_things_m, &things.found)?;
+            Ok(things.judged(measured(&scene, &things.found, settings), settings))
         };
-        let (scene, things) = both(settings.threads, scene, things);
-        Ok(Self { heights_m, scene: scene?, things: things? })
+        let (objects, others) = both(settings.threads, on_surface, off_surface);
+        let mut objects = [objects?, others?].concat();
+        occlusion_edge::mark(grid, heights_m, &things.with_things_m, &mut objects);
+        Ok(Self::Measured(objects))
     }
 
-    /// Measures the objects on the surface; lists them and the things. Of what was `found`, only
-    /// labels and ground are needed.
+    /// The objects on the surface, then the things. Of what was `found`, only labels and ground are
+    /// needed.
     #[must_use]
     pub fn measured(self, found: &Found, settings: &Settings) -> Vec<Object> {
-        let mut objects = measured(&self.scene, found, settings);
-        let (things, with_things_m) = self.things.unzip();
-        objects.extend(things.into_iter().flatten());
-        let with_things_m = with_things_m.as_deref().unwrap_or(self.heights_m);
-        occlusion_edge::mark(self.scene.grid, self.heights_m, with_things_m, &mut objects);
-        objects
+        match self {
+            Self::Measured(objects) => objects,
+            Self::Cells(Cells { heights_m, scene }) => {
+                let mut objects = measured(&scene, found, settings);
+                occlusion_edge::mark(scene.grid, heights_m, heights_m, &mut objects);
+                objects
+            }
+        }
     }
 }
 

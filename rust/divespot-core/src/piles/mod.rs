@@ -57,7 +57,7 @@ pub use budget::Budget;
 pub use coverage::Ring;
 pub use difference::{Seen, measure_difference};
 pub use found::{Found, Marked};
-pub use measure::{Standing, base_map, measure};
+pub use measure::{Cells, Standing, base_map, measure};
 pub use object::Object;
 pub use reason::Reason;
 pub use region::{Inside, Region, measure_inside};
