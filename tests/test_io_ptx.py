@@ -42,7 +42,7 @@ def test_colours_of_ptx_are_passed_over(tmp_path: Path) -> None:
     [
         (ptx(SEEN)[:-10], "3 points but 3 rows|fields"),
         (ptx(SEEN).replace(b"3\n1\n", b"3\n400000000\n", 1), "line 1 promises 1200000000 points"),
-        (ptx(SEEN) + b"7 7 7 7\n", "line 14 should begin a scan's header"),
+        (ptx(SEEN) + b"7 7 7 7\n", "line 14 begins no scan"),
         (ptx(SEEN) + ptx(SEEN)[:-20], "the header in line 14 promises 3 points"),
         (ptx(SEEN, 2.0 * TURN), "no rigid motion"),
         (ptx(SEEN, -TURN), "no rigid motion"),

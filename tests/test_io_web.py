@@ -107,7 +107,7 @@ def test_a_crop_says_which(copc: bytes, server: Server, tmp_path: Path) -> None:
     crop = (*PLAN[:2], 0.0, *PLAN[2:], 3000.0)
     here, there = (said_of(p, crop) for p in (str(path), server.url("a.copc.laz")))
     assert here == there
-    with pytest.raises(DivespotError, match=r"http://.*: a crop is needed of a file on a server"):
+    with pytest.raises(DivespotError, match=r"http://.*: is on a server: a crop .* is needed"):
         divespot.measure(server.url("a.copc.laz"))
     with pytest.raises(DivespotError, match="no point is inside"):
         dio.read(server.url("a.copc.laz"), plan=(0, 0, 1, 1))

@@ -103,14 +103,14 @@ impl<'a> Standing<'a> {
         settings: &Settings,
     ) -> Result<Self> {
         found.require_fit(grid)?;
-        let scene = |heights_m, found| Scene::new(grid, heights_m, found, settings.margin_m);
+        let scene_of = |heights_m, found| Scene::new(grid, heights_m, found, settings.margin_m);
         if found.loose.is_empty() {
-            return Ok(Self::Cells(Cells { heights_m, scene: scene(heights_m, found)? }));
+            return Ok(Self::Cells(Cells { heights_m, scene: scene_of(heights_m, found)? }));
         }
         let things = Things::of(grid, heights_m, found, settings);
-        let on_surface = || Ok(measured(&scene(heights_m, found)?, found, settings));
+        let on_surface = || Ok(measured(&scene_of(heights_m, found)?, found, settings));
         let off_surface = || {
-            let scene = scene(&things.with_things_m, &things.found)?;
+            let scene = scene_of(&things.with_things_m, &things.found)?;
             Ok(things.judged(measured(&scene, &things.found, settings), settings))
         };
         let (objects, others) = both(settings.threads, on_surface, off_surface);
