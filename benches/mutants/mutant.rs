@@ -39,6 +39,11 @@ fn write_down(id: usize) {
     }
 }
 
+/// Lets each constant be written down again.
+pub fn forget() {
+    READ.iter().for_each(|read| read.store(false, Ordering::Relaxed));
+}
+
 #[inline]
 pub fn value<T: Number>(id: usize, value: T) -> T {
     if !READ[id].load(Ordering::Relaxed) && !READ[id].swap(true, Ordering::Relaxed) {

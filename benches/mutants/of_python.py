@@ -20,6 +20,11 @@ def value(name, number):
             file.write(name + "\\n")
     return changed(number, mutant[0] == "*") if mutant[1:] == name else number
 
+def forget():
+    from divespot import _native
+    _READ.clear()
+    _native.forget()
+
 def changed(number, doubled):
     if isinstance(number, tuple):
         return tuple(changed(part, doubled) for part in number)

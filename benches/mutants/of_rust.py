@@ -17,6 +17,9 @@ NUMBER = re.compile(r"(?<![\w.])(?<!; )\d[\d_]*(?:\.\d[\d_]*)?(?:e-?\d+)?(?![\w.
 CAPITALS = r"\b[A-Z][A-Z0-9_]{2,}\b"
 SCALARS = {"f32", "f64", "u8", "u16", "u32", "u64", "usize", "i32", "i64", "isize"}
 
+#: What the binding gets.
+FORGET = "\n#[pyo3::pyfunction]\nfn forget() {\n    divespot_core::mutant::forget();\n}\n"
+
 
 class Constants:
     """The constants that are functions in the copy at `root`, and those that cannot be."""
@@ -47,6 +50,11 @@ class Constants:
         library.write_text(
             library.read_text().replace("\nmod ", "\n#[doc(hidden)] pub mod mutant;\nmod ", 1)
         )
+        binding = self.root / "rust/divespot-py/src/lib.rs"
+        if FORGET not in binding.read_text():
+            exported = "mod _native {\n    #[pymodule_export]\n    use crate::forget;"
+            text = binding.read_text().replace("mod _native {", exported, 1)
+            binding.write_text(text + FORGET)
 
     def _rewritten(self, path: Path, text: str) -> tuple[str, set[str]]:
         """Return a file with functions in place of its constants, and which."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
 import time
 from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from mutants.building import COPY, ENVIRONMENT, PLACE, UNIT_TESTS, chosen
@@ -16,9 +19,12 @@ from mutants.idle import signs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 #: A mutant that takes longer is noticed; longer tests are not run, nor more of them for a mutant.
-LIMIT_S, LONGEST_S, TOGETHER_S = 60, 20.0, 25.0
+LIMIT_S, LONGEST_S, TOGETHER_S = 120, 20.0, 15.0
+PROCESSES = os.cpu_count() or 1
+outcome_of = itemgetter("test", "passed", "took_s", "read")
 #: Test files that say nothing of answers, or take long to.
 LEFT_OUT = (
     *("packaging", "wheels", "readme", "layers", "examples", "interrupt", "memory", "io_web"),
@@ -50,33 +56,48 @@ class Learnt:
 
 
 def learn(names: list[str], *, unit: bool) -> Learnt:
-    """Run each test on its own, and keep what it reads."""
-    listed = subprocess.check_output([UNIT_TESTS, "--list", "--format=terse"], text=True)
-    core = [line.removesuffix(": test") for line in listed.splitlines() if line.endswith(": test")]
-    package = [] if unit else package_tests()
+    """Run each test, and keep what it reads."""
     read = PLACE / "read"
     shutil.rmtree(read, ignore_errors=True)
     read.mkdir()
-    given = [{"DIVESPOT_READ": str(read / str(i))} for i in range(len(core) + len(package))]
-    ended = [run_core([test], here) for test, here in zip(core, given, strict=False)]
-    ended += run_package([([t], here) for t, here in zip(package, given[len(core) :], strict=True)])
+    outcomes = list(core_outcomes(read))
+    if not unit:
+        ended = PLACE / "ended.json"
+        run = pytest(
+            package_files(),
+            *("-p", "mutants.plugin"),
+            DIVESPOT_LEARN=str(read),
+            DIVESPOT_ENDED=str(ended),
+        )
+        outcomes += lines_of(ended)
+        if run.returncode not in (0, 1):
+            raise SystemExit(run.stdout + run.stderr)
     learnt = Learnt(defaultdict(list), {})
-    for i, (test, (passed, took_s)) in enumerate(zip([*core, *package], ended, strict=True)):
+    for test, passed, took_s, lines in map(outcome_of, outcomes):
         if not passed or took_s > LONGEST_S:
             print(f"{'too long' if passed else 'fails unchanged'}: {test} ({took_s:.1f} s)")
             continue
         learnt.took_s[test] = took_s
-        lines = (read / str(i)).read_text().splitlines() if (read / str(i)).exists() else ()
         for line in lines:
             learnt.readers[names[int(line)] if line.isdigit() else line].append(test)
     return learnt
 
 
-def package_tests() -> list[str]:
-    """Return the tests of the package."""
+def core_outcomes(read: Path) -> Iterator[dict[str, Any]]:
+    """Run each unit test of the core in a process of its own; yield what it reads."""
+    listed = subprocess.check_output([UNIT_TESTS, "--list", "--format=terse"], text=True)
+    tests = [line.removesuffix(": test") for line in listed.splitlines() if line.endswith(": test")]
+    for i, test in enumerate(tests):
+        file = read / f"core-{i}"
+        passed, took_s = run_core([test], {"DIVESPOT_READ": str(file)})
+        lines = file.read_text().splitlines() if file.exists() else []
+        yield {"test": test, "passed": passed, "took_s": took_s, "read": lines}
+
+
+def package_files() -> list[str]:
+    """Return the test files of the package."""
     files = [path.name for path in sorted((COPY / "tests").glob("test_*.py"))]
-    wanted = [name for name in files if name[len("test_") : -len(".py")] not in LEFT_OUT]
-    return [line for line in pytest(wanted, "--collect-only").stdout.splitlines() if "::" in line]
+    return [name for name in files if name[len("test_") : -len(".py")] not in LEFT_OUT]
 
 
 def survivors(wanted: list[str], names: list[str], learnt: Learnt) -> list[str]:
@@ -90,7 +111,7 @@ def survivors(wanted: list[str], names: list[str], learnt: Learnt) -> list[str]:
     ended = run_package([(learnt.of_package(name), environment) for name, _, environment in left])
     return [
         f"{name} {sign} 2{'' if name in learnt.readers else ' (no test reads it)'}"
-        for (name, sign, _), (passed, _) in zip(left, ended, strict=True)
+        for (name, sign, _), passed in zip(left, ended, strict=True)
         if passed
     ]
 
@@ -114,29 +135,37 @@ def run_core(tests: list[str], environment: dict[str, str]) -> tuple[bool, float
     return run.returncode == 0, time.perf_counter() - start
 
 
-def run_package(jobs: list[tuple[list[str], dict[str, str]]]) -> list[tuple[bool, float]]:
-    """Return of each job, tests and an environment, whether they passed and how long they took."""
-    files = sorted(
-        {test.split("::")[0].removeprefix("tests/") for tests, _ in jobs for test in tests}
-    )
-    if not files:
-        return [(True, 0.0) for _ in jobs]
-    given, ended = PLACE / "jobs.json", PLACE / "ended.json"
-    given.write_text(
-        json.dumps([{"tests": t, "environment": e, "limit_s": LIMIT_S} for t, e in jobs])
-    )
+def run_package(jobs: list[tuple[list[str], dict[str, str]]]) -> list[bool]:
+    """Return of each job, tests and an environment, whether they passed."""
+    numbered = [
+        {"job": i, "tests": tests, "environment": environment, "limit_s": LIMIT_S}
+        for i, (tests, environment) in enumerate(jobs)
+        if tests
+    ]
+    parts = [numbered[i::PROCESSES] for i in range(PROCESSES)]
+    with ThreadPoolExecutor(PROCESSES) as pool:
+        ended = list(pool.map(run_part, range(PROCESSES), parts))
+    passed = {job["job"]: job["passed"] for part in ended for job in part}
+    return [passed.get(i, True) for i in range(len(jobs))]
+
+
+def run_part(number: int, jobs: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Run some jobs, one after the other."""
+    if not jobs:
+        return []
+    files = sorted({t.split("::")[0].removeprefix("tests/") for job in jobs for t in job["tests"]})
+    given, ended = PLACE / f"jobs-{number}.json", PLACE / f"ended-{number}.json"
+    given.write_text(json.dumps(jobs))
     run = pytest(files, "-p", "mutants.plugin", DIVESPOT_JOBS=str(given), DIVESPOT_ENDED=str(ended))
-    found = list(passed_in(ended))
+    found = lines_of(ended)
     if len(found) < len(jobs):
         raise SystemExit(run.stdout + run.stderr)
     return found
 
 
-def passed_in(ended: Any) -> Iterator[tuple[bool, float]]:  # noqa: ANN401
-    """Yield what the plugin wrote."""
-    for line in ended.read_text().splitlines():
-        job = json.loads(line)
-        yield job["passed"], job["took_s"]
+def lines_of(ended: Path) -> list[dict[str, Any]]:
+    """Return what the plugin wrote."""
+    return [json.loads(line) for line in ended.read_text().splitlines()]
 
 
 def pytest(files: list[str], *options: str, **environment: str) -> subprocess.CompletedProcess[str]:
