@@ -1,10 +1,9 @@
 //! The chosen constant is doubled or halved; each that is read is written down, once a process.
 
 use std::io::Write;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-static CHOSEN: OnceLock<Option<(usize, bool)>> = OnceLock::new();
+static CHOSEN: AtomicUsize = AtomicUsize::new(0);
 static READ: [AtomicBool; 2048] = [const { AtomicBool::new(false) }; 2048];
 
 pub trait Number: Copy {
@@ -26,9 +25,23 @@ macro_rules! integers {
 floats!(f32 f64);
 integers!(u8 u16 u32 u64 usize i32 i64 isize);
 
-fn chosen() -> Option<(usize, bool)> {
-    let given = std::env::var("DIVESPOT_MUTANT").ok()?;
-    Some((given[1..].parse().ok()?, given.starts_with('*')))
+/// What the environment chooses: 0 before it was looked at, 1 for nothing, else the constant and
+/// whether it is doubled.
+fn chosen() -> usize {
+    let known = CHOSEN.load(Ordering::Relaxed);
+    if known != 0 {
+        return known;
+    }
+    let given = std::env::var("DIVESPOT_MUTANT").ok();
+    let parsed = given.and_then(|text| {
+        Some(number(text[1..].parse().ok()?, text.starts_with('*')))
+    });
+    CHOSEN.store(parsed.unwrap_or(1), Ordering::Relaxed);
+    parsed.unwrap_or(1)
+}
+
+const fn number(id: usize, doubled: bool) -> usize {
+    2 + 2 * id + doubled as usize
 }
 
 #[cold]
@@ -39,8 +52,9 @@ fn write_down(id: usize) {
     }
 }
 
-/// Lets each constant be written down again.
+/// Lets each constant be written down again, and the environment be looked at again.
 pub fn forget() {
+    CHOSEN.store(0, Ordering::Relaxed);
     READ.iter().for_each(|read| read.store(false, Ordering::Relaxed));
 }
 
@@ -49,8 +63,9 @@ pub fn value<T: Number>(id: usize, value: T) -> T {
     if !READ[id].load(Ordering::Relaxed) && !READ[id].swap(true, Ordering::Relaxed) {
         write_down(id);
     }
-    match *CHOSEN.get_or_init(chosen) {
-        Some((mutant, doubled)) if mutant == id => value.changed(doubled),
+    match chosen() {
+        mutant if mutant == number(id, false) => value.changed(false),
+        mutant if mutant == number(id, true) => value.changed(true),
         _ => value,
     }
 }

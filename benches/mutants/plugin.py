@@ -27,12 +27,10 @@ def pytest_runtestloop(session: pytest.Session) -> bool:
 
 def learnt(session: pytest.Session) -> Iterator[dict[str, Any]]:
     """Run all tests here, one after the other, each with a file of its own for what it reads."""
-    from divespot import _mutant  # noqa: PLC0415 - only the copy has it
-
     read = Path(os.environ["DIVESPOT_LEARN"])
     for i, (item, following) in enumerate(zip_longest(session.items, session.items[1:])):
         os.environ["DIVESPOT_READ"] = str(read / str(i))
-        _mutant.forget()
+        forget()
         start, failed = time.perf_counter(), session.testsfailed
         fails(item, following)
         passed, took_s = session.testsfailed == failed, time.perf_counter() - start
@@ -48,12 +46,20 @@ def tried(session: pytest.Session) -> Iterator[dict[str, Any]]:
         yield {"job": job["job"], "passed": passed}
 
 
+def forget() -> None:
+    """Let each constant be read and changed anew."""
+    from divespot import _mutant  # noqa: PLC0415 - only the copy has it
+
+    _mutant.forget()
+
+
 def run(items: list[pytest.Item], environment: dict[str, str], limit_s: int) -> bool:
     """Run tests in a child until one fails; return whether none did, in time."""
     child = os.fork()
     if child:
         return os.waitpid(child, 0)[1] == 0
     os.environ.update(environment)
+    forget()  # the constants that were read while tests were collected
     signal.alarm(limit_s)
     failed = 1
     try:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 #: A mutant that takes longer is noticed; longer tests are not run, nor more of them for a mutant.
-LIMIT_S, LONGEST_S, TOGETHER_S = 120, 20.0, 15.0
+LIMIT_S, LONGEST_S, TOGETHER_S = 120, 20.0, 8.0
 PROCESSES = os.cpu_count() or 1
 outcome_of = itemgetter("test", "passed", "took_s", "read")
 #: Test files that say nothing of answers, or take long to.
