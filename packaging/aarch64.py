@@ -27,8 +27,8 @@ PLATFORMS = ("manylinux2014_aarch64", "manylinux_2_17_aarch64", "manylinux_2_28_
 DEBIAN = ("python3", "libstdc++6")
 NEEDED = ("qemu-aarch64-static", "apt-get", "dpkg-deb")
 
-#: What is run of the tests: the kernels, and what reads and writes.
-TESTS = ("lzf", "voxel", "neighbors", "histogram", "plane", "grid", "spacing", "status")
+#: What is run of the tests: what must be the same everywhere, kernels, what reads and writes.
+TESTS = ("pinned", "lzf", "voxel", "neighbors", "histogram", "plane", "grid", "spacing", "status")
 
 #: Points of a compared scan, relative to the scene's own: qemu is 14 to 40 times slower.
 DENSITY = 0.03
