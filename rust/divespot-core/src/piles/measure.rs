@@ -81,7 +81,7 @@ pub enum Standing<'a> {
     /// the objects on the surface have been measured.
     Measured(Vec<Object>),
     /// Nothing is off the surface: to measure what is on it takes its cells alone.
-    Cells(Cells<'a>),
+    Cells(Box<Cells<'a>>),
 }
 
 /// The cells of a scene in which nothing is off the surface.
@@ -105,7 +105,8 @@ impl<'a> Standing<'a> {
         found.require_fit(grid)?;
         let scene_of = |heights_m, found| Scene::new(grid, heights_m, found, settings.margin_m);
         if found.loose.is_empty() {
-            return Ok(Self::Cells(Cells { heights_m, scene: scene_of(heights_m, found)? }));
+            let scene = scene_of(heights_m, found)?;
+            return Ok(Self::Cells(Box::new(Cells { heights_m, scene })));
         }
         let things = Things::of(grid, heights_m, found, settings);
         let on_surface = || Ok(measured(&scene_of(heights_m, found)?, found, settings));
@@ -125,7 +126,8 @@ impl<'a> Standing<'a> {
     pub fn measured(self, found: &Found, settings: &Settings) -> Vec<Object> {
         match self {
             Self::Measured(objects) => objects,
-            Self::Cells(Cells { heights_m, scene }) => {
+            Self::Cells(cells) => {
+                let Cells { heights_m, scene } = *cells;
                 let mut objects = measured(&scene, found, settings);
                 occlusion_edge::mark(scene.grid, heights_m, heights_m, &mut objects);
                 objects
