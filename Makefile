@@ -8,6 +8,8 @@ RUST := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.loc
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(VIRTUAL_ENV)/bin/python
+# cargo runs as many jobs as there are cores, not as many as make.
+CARGO := MAKEFLAGS= cargo
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 # The backend is maturin, by way of packaging/backend.py.
@@ -43,7 +45,7 @@ $(VENV)/built: $(VENV)/made $(RUST) pyproject.toml
 
 # The binding has no tests: with it, test-checked finds its libraries compiled.
 test-rust: $(VENV)/made
-	cargo test --package divespot-core --package divespot-py --quiet
+	$(CARGO) test --package divespot-core --package divespot-py --quiet
 
 # On all cores, a file of tests in one process: they share what they simulate.
 PYTEST := $(BIN)/python -m pytest -W error --numprocesses auto --dist loadfile
@@ -56,7 +58,7 @@ CHECKED := target/debug/python
 KERNELS := points voxel neighbors hdbscan histogram plane grid spacing
 
 test-checked: build
-	cargo build --quiet --package divespot-core --package divespot-py
+	$(CARGO) build --quiet --package divespot-core --package divespot-py
 	rm -rf $(CHECKED) && mkdir $(CHECKED) && cp -R python/divespot $(CHECKED)
 	cp "$$(ls target/debug/lib_native.so target/debug/lib_native.dylib 2>/dev/null)" \
 	"$$(ls $(CHECKED)/divespot/_native*.so)"
@@ -66,7 +68,7 @@ lint-rust: $(VENV)/made
 	@if cargo fmt --version >/dev/null 2>&1; then echo cargo fmt --check; cargo fmt --all --check; \
 	else echo 'NOT CHECKED: the format of Rust (rustup component add rustfmt)'; fi
 	@if cargo clippy --version >/dev/null 2>&1; then echo cargo clippy; \
-	cargo clippy --workspace --all-targets --quiet -- -D warnings; \
+	$(CARGO) clippy --workspace --all-targets --quiet -- -D warnings; \
 	else echo 'NOT CHECKED: the lints of Rust (rustup component add clippy)'; fi
 
 lint-python: build
