@@ -58,8 +58,8 @@ struct Relief<'a> {
     ground: &'a [bool],
     /// Lowest point below the walked height without a gap, in m: in a face, the point at its foot.
     lowest_m: Vec<f64>,
-    /// Least gap between points that are not connected, in m.
-    gap_m: f64,
+    /// Highest point above the walked height without a gap, in m: asked for in many directions.
+    highest_m: Vec<f64>,
     noise_m: f64,
     /// Largest height difference of two neighbouring cells of a level top, in m.
     level_m: f64,
@@ -89,13 +89,14 @@ impl<'a> Relief<'a> {
         let reach = Reach::of(grid.cell_m, noise_m);
         let gap_m = 0.5 * reach.far_m;
         let lowest_m = |cell: usize| columns.lowest(cell, heights_m[cell], gap_m);
+        let highest_m = |cell: usize| columns.highest(cell, heights_m[cell], gap_m);
         Self {
             columns,
             grid,
             heights_m,
             ground,
             lowest_m: (0..grid.len()).map(lowest_m).collect(),
-            gap_m,
+            highest_m: (0..grid.len()).map(highest_m).collect(),
             noise_m,
             level_m: reach.near_m,
             farthest,
@@ -192,7 +193,7 @@ impl<'a> Relief<'a> {
     /// Whether a cell is higher above the one `steps` away than material stands.
     fn drops(&self, cell: usize, (dx, dy): (isize, isize), steps: isize) -> Option<bool> {
         let n = self.grid.neighbor(cell, steps * dx, steps * dy)?;
-        Some(self.drops_to(cell, self.highest_m(cell), n, self.most_m((dx, dy), steps)))
+        Some(self.drops_to(cell, n, self.most_m((dx, dy), steps)))
     }
 
     /// What material drops by, at most, so many steps away.
@@ -200,22 +201,16 @@ impl<'a> Relief<'a> {
         NEVER_STEEPER * self.run_m(way, steps) + 2.0 * SIGMAS * self.noise_m
     }
 
-    /// Highest point above the walked height without a gap, in m.
-    fn highest_m(&self, cell: usize) -> f64 {
-        self.columns.highest(cell, self.heights_m[cell], self.gap_m)
-    }
-
-    fn drops_to(&self, cell: usize, highest_m: f64, n: usize, most_m: f64) -> bool {
-        let drop = highest_m - self.lowest_m[n];
+    fn drops_to(&self, cell: usize, n: usize, most_m: f64) -> bool {
+        let drop = self.highest_m[cell] - self.lowest_m[n];
         drop > most_m && self.heights_m[cell] - self.lowest_m[n] > ON_TOP * drop
     }
 
     /// Whether a face makes most of its drop within two cells.
     fn drops_at_once(&self, cell: usize, (dx, dy): (isize, isize), steps: isize) -> bool {
-        let highest_m = self.highest_m(cell);
         let drop = |k: isize| {
             let n = self.grid.neighbor(cell, k * dx, k * dy);
-            n.map_or(f64::NAN, |n| highest_m - self.lowest_m[n])
+            n.map_or(f64::NAN, |n| self.highest_m[cell] - self.lowest_m[n])
         };
         let most = (steps..=steps + FOOT).map(drop).fold(0.0, f64::max);
         let known = |k: isize| k == 0 || !drop(k).is_nan();
@@ -230,10 +225,8 @@ impl<'a> Relief<'a> {
             |&by: &(isize, isize)| [1, 2].map(|k| ((k * by.0, k * by.1), self.most_m(by, k)));
         let steps: Vec<((isize, isize), f64)> = EIGHT.iter().flat_map(step).collect();
         let lip = |cell: usize| {
-            let (way, highest_m) = (self.grid.ways(cell), self.highest_m(cell));
-            let drops = |&(by, most_m): &_| {
-                way(by).is_some_and(|n| self.drops_to(cell, highest_m, n, most_m))
-            };
+            let way = self.grid.ways(cell);
+            let drops = |&(by, most_m): &_| way(by).is_some_and(|n| self.drops_to(cell, n, most_m));
             !self.heights_m[cell].is_nan() && steps.iter().any(drops)
         };
         let mut near = vec![false; self.grid.len()];
@@ -269,7 +262,7 @@ impl<'a> Relief<'a> {
     /// Whether something over a cell is higher than another cell by more than noise.
     fn is_barred(&self, cell: usize, other: usize) -> bool {
         let top = self.columns.heights(other).last();
-        top.is_some_and(|&z| z > self.highest_m(cell) + SIGMAS * self.noise_m)
+        top.is_some_and(|&z| z > self.highest_m[cell] + SIGMAS * self.noise_m)
     }
 }
 
@@ -303,7 +296,8 @@ mod tests {
             let columns = surface(1, &[height_m, 0.0]);
             let (walked, ground) = ([height_m, 0.0], [false; 2]);
             let relief = Relief::of(&columns, &walked, &ground, 0.0);
-            relief.drops_to(0, 10.0, 1, relief.most_m((1, 0), 1))
+            let relief = Relief { highest_m: vec![10.0, 0.0], ..relief };
+            relief.drops_to(0, 1, relief.most_m((1, 0), 1))
         };
         assert!(is_on_top(6.5) && !is_on_top(3.5));
     }
